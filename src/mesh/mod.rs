@@ -1,0 +1,5 @@
+//! Triangle meshes: adjacency, closest-point and ray queries, file formats and generated shapes.
+
+mod trimesh;
+
+pub use trimesh::{MeshError, SurfacePoint, TriMesh};

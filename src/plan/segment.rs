@@ -1,0 +1,64 @@
+//! The plan as data: what each arm does, segment after segment.
+use crate::plan::Trajectory;
+
+/// What an arm does in a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum SegmentKind {
+    /// Moves freely, pen off the canvas.
+    Travel,
+    /// From the hover height straight down until the pen is pressed to its depth.
+    Press,
+    /// Draws a stroke at the press depth.
+    Draw,
+    /// Straight up from the canvas to the hover height.
+    Lift,
+    /// Stands at the service pose while a person changes the pen for the segment's ink.
+    ChangePen,
+}
+
+/// One piece of motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// What is done.
+    pub kind: SegmentKind,
+    /// Index of the layer (ink) that it belongs to.
+    pub layer: usize,
+    /// Index of the stroke within the layer, for `Press`, `Draw` and `Lift`.
+    pub stroke: Option<usize>,
+    /// Start, s from the start of the plan.
+    pub start: f64,
+    /// Joint motion; its own time starts at 0.
+    pub trajectory: Trajectory,
+}
+
+/// The segments of one arm, one after another in time without gaps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArmPlan {
+    /// Index of the arm in the cell.
+    pub arm: usize,
+    /// Segments in order.
+    pub segments: Vec<Segment>,
+}
+
+/// What every arm does. Times are common to all arms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// One entry an arm.
+    pub arms: Vec<ArmPlan>,
+}
+
+impl Segment {
+    /// End, s from the start of the plan.
+    pub fn end(&self) -> f64 {
+        self.start + self.trajectory.duration()
+    }
+}
+
+impl Plan {
+    /// Time until the last arm is done, s.
+    pub fn duration(&self) -> f64 {
+        self.arms.iter().filter_map(|a| a.segments.last()).map(Segment::end).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,129 @@
+//! Timed joint motion: knots joined by quintic polynomials.
+use crate::robot::JointVector;
+
+/// A moment of a joint motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// Time, s from the start of the trajectory.
+    pub time: f64,
+    /// Joint positions, rad.
+    pub q: JointVector,
+    /// Joint speeds, rad/s.
+    pub qd: JointVector,
+    /// Joint accelerations, rad/s2.
+    pub qdd: JointVector,
+}
+
+/// Position, speed and acceleration at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionSample {
+    /// Joint positions, rad.
+    pub q: JointVector,
+    /// Joint speeds, rad/s.
+    pub qd: JointVector,
+    /// Joint accelerations, rad/s2.
+    pub qdd: JointVector,
+}
+
+/// Joint motion through knots of rising time, twice continuously differentiable: between two knots each joint follows
+/// the quintic that meets both knots' position, speed and acceleration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    knots: Vec<Knot>,
+}
+
+impl Trajectory {
+    /// A trajectory through `knots`: at least one, times rising from 0.
+    ///
+    /// # Panics
+    /// When there is no knot or times don't rise: that is a planner's bug, not a user's.
+    pub fn new(knots: Vec<Knot>) -> Self {
+        assert!(!knots.is_empty(), "a trajectory needs a knot");
+        assert!(knots[0].time == 0.0 && knots.windows(2).all(|w| w[1].time > w[0].time), "knot times must rise from 0");
+        Self { knots }
+    }
+
+    /// Stands at `q` for `duration` s.
+    pub fn rest(q: JointVector, duration: f64) -> Self {
+        let knot = |time| Knot { time, q, qd: JointVector::zeros(), qdd: JointVector::zeros() };
+        Self::new(if duration > 0.0 { vec![knot(0.0), knot(duration)] } else { vec![knot(0.0)] })
+    }
+
+    /// The knots.
+    pub fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+
+    /// Duration, s.
+    pub fn duration(&self) -> f64 {
+        self.knots[self.knots.len() - 1].time
+    }
+
+    /// The motion at `time` (s, clamped to the trajectory). `cursor` remembers the last interval, so that a walk
+    /// forward in time costs no search; start with 0.
+    pub fn sample(&self, time: f64, cursor: &mut usize) -> MotionSample {
+        let last = self.knots.len() - 1;
+        if time <= 0.0 || last == 0 {
+            let k = &self.knots[0];
+            return MotionSample { q: k.q, qd: k.qd, qdd: k.qdd };
+        }
+        if time >= self.knots[last].time {
+            let k = &self.knots[last];
+            return MotionSample { q: k.q, qd: k.qd, qdd: k.qdd };
+        }
+        let mut i = (*cursor).min(last - 1);
+        if self.knots[i].time > time {
+            i = self.knots.partition_point(|k| k.time <= time) - 1;
+        }
+        while self.knots[i + 1].time < time {
+            i += 1;
+        }
+        *cursor = i;
+        quintic(&self.knots[i], &self.knots[i + 1], time)
+    }
+}
+
+/// The quintic Hermite polynomial between two knots, evaluated at `time`.
+fn quintic(a: &Knot, b: &Knot, time: f64) -> MotionSample {
+    let h = b.time - a.time;
+    let t = time - a.time;
+    // p(t) = q + qd t + qdd t^2/2 + c3 t^3 + c4 t^4 + c5 t^5, with c3..c5 from the end conditions
+    let dq = b.q - a.q - a.qd * h - a.qdd * (0.5 * h * h);
+    let dv = b.qd - a.qd - a.qdd * h;
+    let da = b.qdd - a.qdd;
+    let (h2, h3) = (h * h, h * h * h);
+    let c3 = (dq * 10.0 - dv * (4.0 * h) + da * (0.5 * h2)) / h3;
+    let c4 = (dq * -15.0 + dv * (7.0 * h) - da * h2) / (h3 * h);
+    let c5 = (dq * 6.0 - dv * (3.0 * h) + da * (0.5 * h2)) / (h3 * h2);
+    let (t2, t3) = (t * t, t * t * t);
+    MotionSample {
+        q: a.q + a.qd * t + a.qdd * (0.5 * t2) + c3 * t3 + c4 * (t3 * t) + c5 * (t3 * t2),
+        qd: a.qd + a.qdd * t + c3 * (3.0 * t2) + c4 * (4.0 * t3) + c5 * (5.0 * t2 * t2),
+        qdd: a.qdd + c3 * (6.0 * t) + c4 * (12.0 * t2) + c5 * (20.0 * t3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quintic_is_reproduced() {
+        let p = |t: f64| 0.3 - t + 2.0 * t.powi(2) - t.powi(3) + 0.5 * t.powi(4) - 0.2 * t.powi(5);
+        let v = |t: f64| -1.0 + 4.0 * t - 3.0 * t.powi(2) + 2.0 * t.powi(3) - t.powi(4);
+        let a = |t: f64| 4.0 - 6.0 * t + 6.0 * t.powi(2) - 4.0 * t.powi(3);
+        let knot = |time: f64| Knot {
+            time,
+            q: JointVector::repeat(p(time)),
+            qd: JointVector::repeat(v(time)),
+            qdd: JointVector::repeat(a(time)),
+        };
+        let trajectory = Trajectory::new(vec![knot(0.0), knot(0.7), knot(1.5)]);
+        let mut cursor = 0;
+        for i in 0..=150 {
+            let t = f64::from(i) * 0.01;
+            let s = trajectory.sample(t, &mut cursor);
+            assert!((s.q[2] - p(t)).abs() < 1e-12 && (s.qd[2] - v(t)).abs() < 1e-11 && (s.qdd[2] - a(t)).abs() < 1e-10);
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! A drawing laid on a surface.
+use nalgebra::{Point2, Point3, Vector3};
+
+use crate::math::Rgb;
+use crate::mesh::SurfacePoint;
+
+/// A map between the sheet and a surface. Projection is one; conformal maps are another.
+pub trait Mapping: Send + Sync {
+    /// The surface point under a sheet point (m, sheet coordinates), or `None` where the surface has none.
+    fn to_surface(&self, sheet: &Point2<f64>) -> Option<SurfacePoint>;
+    /// The sheet point (m) over a point on, or very near, the surface (world, m), or `None` outside the chart.
+    fn to_sheet(&self, world: &Point3<f64>) -> Option<Point2<f64>>;
+    /// `"projection"`, `"conformal"`: the name in scenarios and metrics.
+    fn kind(&self) -> &'static str;
+}
+
+/// A wished pen-tip contact point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceTarget {
+    /// World position on the surface, m.
+    pub position: Point3<f64>,
+    /// Smooth outward unit normal there; the pen axis is its opposite.
+    pub normal: Vector3<f64>,
+    /// The same point on the sheet, m.
+    pub sheet: Point2<f64>,
+}
+
+/// One stroke on the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceStroke {
+    /// Index of the stroke within its layer of the [`crate::drawing::Drawing`].
+    pub index: usize,
+    /// Targets in drawing order, at most the mapping's step apart; corners of the artwork are kept as points.
+    pub targets: Vec<SurfaceTarget>,
+}
+
+/// The strokes of one ink on the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceLayer {
+    /// Name of the layer.
+    pub name: String,
+    /// Colour of its ink.
+    pub color: Rgb,
+    /// Strokes in drawing order.
+    pub strokes: Vec<SurfaceStroke>,
+}
+
+/// A drawing laid on a surface: the wished line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceDrawing {
+    /// One layer per ink, in drawing order.
+    pub layers: Vec<SurfaceLayer>,
+}
