@@ -1,1 +1,9 @@
-//! (room being furnished)
+//! Desired motion and measured state to joint torques: the Cartesian impedance law.
+
+mod damping;
+mod impedance;
+mod options;
+
+pub use damping::design_damping;
+pub use impedance::{ImpedanceController, MeasuredState, Reference, TorqueCommand};
+pub use options::ImpedanceOptions;

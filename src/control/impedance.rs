@@ -1,0 +1,212 @@
+//! The Cartesian impedance law at 1 kHz.
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+use crate::control::{ImpedanceOptions, design_damping};
+use crate::math::rotation_vector;
+use crate::robot::{ArmModel, JointMatrix, JointVector, Kinematics};
+
+/// Steps between two designs of the damping matrix: it follows the slowly changing inertia of the hand.
+const DAMPING_PERIOD: u64 = 10;
+/// Speed over which the friction feed-forward grows to its full value, m/s.
+const FRICTION_SPEED: f64 = 0.002;
+
+/// What the joint sensors tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredState {
+    /// Joint positions, rad.
+    pub q: JointVector,
+    /// Joint speeds, rad/s.
+    pub qd: JointVector,
+}
+
+/// What is wished at this instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// Joint positions, rad; the tip's set point is where they put it.
+    pub q: JointVector,
+    /// Joint speeds, rad/s.
+    pub qd: JointVector,
+    /// Joint accelerations, rad/s2.
+    pub qdd: JointVector,
+    /// Force with which the pen is expected to press, N; 0 in the air.
+    pub expected_force: f64,
+}
+
+/// The law's answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueCommand {
+    /// Joint torques after limits, N m.
+    pub torque: JointVector,
+    /// Whether a torque or rate limit cut them.
+    pub saturated: bool,
+}
+
+/// The controller of one arm: the robot's own model, settings, and what it remembers from step to step.
+#[derive(Clone, Debug)]
+pub struct ImpedanceController {
+    model: ArmModel,
+    options: ImpedanceOptions,
+    damping: Matrix6<f64>,
+    last_torque: Option<JointVector>,
+    step: u64,
+}
+
+impl ImpedanceController {
+    /// A controller that believes the arm to be `model`.
+    pub fn new(model: ArmModel, options: ImpedanceOptions) -> Self {
+        Self { model, options, damping: Matrix6::zeros(), last_torque: None, step: 0 }
+    }
+
+    /// The settings.
+    pub fn options(&self) -> &ImpedanceOptions {
+        &self.options
+    }
+
+    /// The robot's model of itself.
+    pub fn model(&self) -> &ArmModel {
+        &self.model
+    }
+
+    /// Joint torques for this step (`dt` s long):
+    ///
+    /// `tau = J^T (K e + D edot + Lambda (a_d - Jdot qd) + f_mu) + N (M qdd_d + k_n (q_d - q) + D_n (qd_d - qd)) + C qd + g`
+    ///
+    /// with `e = x_d - x` (rotation part by the logarithm of `R_d R^T`), `K` turned from the pen frame into the world,
+    /// `Lambda = (J M^-1 J^T)^-1`, `N = 1 - J^T Lambda J M^-1` and `f_mu` the friction that the moving pen will feel.
+    /// So the hand answers an outer force `F` as `Lambda edd + D edot + K e = -F` (dissertation section VI.C; Ott 2008,
+    /// doi:10.1007/978-3-540-69255-3). Torques are then held within effort and rate limits.
+    pub fn torque(&mut self, measured: &MeasuredState, k: &Kinematics, wish: &Reference, dt: f64) -> TorqueCommand {
+        let n = self.model.dof();
+        let o = &self.options;
+        let (mass, bias) = self.model.mass_and_bias(k, &measured.qd);
+        let jacobian = k.jacobian();
+        let zero = JointVector::zeros();
+        let (v, drift) = k.tip_motion(&measured.qd, &zero);
+        let kd = self.model.kinematics(&wish.q);
+        let (v_d, a_d) = kd.tip_motion(&wish.qd, &wish.qdd);
+
+        // X = M^-1 J^T, Lambda^-1 = J X
+        let solved = Solved::new(&mass, n);
+        let mut x = jacobian.transpose();
+        for mut column in x.column_iter_mut() {
+            solved.solve(column.as_mut_slice());
+        }
+        let mut lambda_inverse = jacobian * x;
+        // keeps Lambda finite where the arm is singular (the planner keeps clear of such poses)
+        for i in 0..6 {
+            lambda_inverse[(i, i)] += 1e-9;
+        }
+        let Some(factor) = lambda_inverse.cholesky() else {
+            return self.limited(bias, dt, n);
+        };
+
+        let (pose, pose_d) = (k.world_from_tip(), kd.world_from_tip());
+        let e_p = pose_d.translation.vector - pose.translation.vector;
+        let e_r = rotation_vector(&(pose_d.rotation * pose.rotation.inverse()));
+        let r = *pose_d.rotation.to_rotation_matrix().matrix();
+        let translational = turned(&r, &o.stiffness);
+        let rotational = turned(&r, &o.rotational_stiffness);
+        if self.step.is_multiple_of(DAMPING_PERIOD) {
+            let mut stiffness = Matrix6::zeros();
+            stiffness.fixed_view_mut::<3, 3>(0, 0).copy_from(&translational);
+            stiffness.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotational);
+            if let Some(d) = design_damping(&factor.inverse(), &stiffness, o.damping_ratio) {
+                self.damping = d;
+            }
+        }
+        self.step += 1;
+
+        let (f, m) = (translational * e_p, rotational * e_r);
+        let mut wrench = Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z) + self.damping * (v_d - v);
+        if o.friction_feedforward && wish.expected_force > 0.0 {
+            let axis = r.column(2);
+            let v_lin = Vector3::new(v_d[0], v_d[1], v_d[2]);
+            let slip = v_lin - axis * axis.dot(&v_lin);
+            let along = slip / (slip.norm_squared() + FRICTION_SPEED * FRICTION_SPEED).sqrt();
+            let push = along * (o.believed_friction * wish.expected_force);
+            for i in 0..3 {
+                wrench[i] += push[i];
+            }
+        }
+        wrench += factor.solve(&(a_d - drift));
+
+        // motion that doesn't move the hand: N t = t - J^T Lambda (J M^-1 t)
+        let mut posture = mass * wish.qdd;
+        for i in 0..n {
+            let damping = 2.0 * o.nullspace_damping_ratio * (o.nullspace_stiffness * mass[(i, i)]).sqrt();
+            posture[i] += o.nullspace_stiffness * (wish.q[i] - measured.q[i]) + damping * (wish.qd[i] - measured.qd[i]);
+        }
+        let leak = factor.solve(&(x.transpose() * posture));
+        let tau = jacobian.transpose() * (wrench - leak) + posture + bias;
+        self.limited(tau, dt, n)
+    }
+
+    fn limited(&mut self, mut tau: JointVector, dt: f64, n: usize) -> TorqueCommand {
+        let mut saturated = false;
+        let step = self.options.torque_rate * dt;
+        for i in 0..n {
+            let effort = self.model.joints[i].effort;
+            let mut t = tau[i].clamp(-effort, effort);
+            if let Some(last) = &self.last_torque {
+                t = t.clamp(last[i] - step, last[i] + step);
+            }
+            saturated |= t != tau[i];
+            tau[i] = t;
+        }
+        for i in n..tau.len() {
+            tau[i] = 0.0;
+        }
+        self.last_torque = Some(tau);
+        TorqueCommand { torque: tau, saturated }
+    }
+}
+
+/// `R diag(k) R^T`.
+fn turned(r: &Matrix3<f64>, k: &[f64; 3]) -> Matrix3<f64> {
+    r * Matrix3::from_diagonal(&Vector3::from(*k)) * r.transpose()
+}
+
+/// The Cholesky factor of the leading `n x n` block of a joint-space matrix.
+struct Solved {
+    l: JointMatrix,
+    n: usize,
+}
+
+impl Solved {
+    fn new(m: &JointMatrix, n: usize) -> Self {
+        let mut l = *m;
+        for j in 0..n {
+            for k in 0..j {
+                let f = l[(j, k)];
+                for i in j..n {
+                    l[(i, j)] -= f * l[(i, k)];
+                }
+            }
+            // a joint-space inertia is positive definite; the floor only guards against rounding
+            let d = l[(j, j)].max(1e-12).sqrt();
+            for i in j..n {
+                l[(i, j)] /= d;
+            }
+        }
+        Self { l, n }
+    }
+
+    /// Solves `M x = b` in place.
+    fn solve(&self, b: &mut [f64]) {
+        let (l, n) = (&self.l, self.n);
+        for i in 0..n {
+            let mut s = b[i];
+            for j in 0..i {
+                s -= l[(i, j)] * b[j];
+            }
+            b[i] = s / l[(i, i)];
+        }
+        for i in (0..n).rev() {
+            let mut s = b[i];
+            for j in i + 1..n {
+                s -= l[(j, i)] * b[j];
+            }
+            b[i] = s / l[(i, i)];
+        }
+    }
+}
