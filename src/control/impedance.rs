@@ -1,5 +1,5 @@
 //! The Cartesian impedance law at 1 kHz.
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::control::{ImpedanceOptions, design_damping};
 use crate::math::rotation_vector;
@@ -47,6 +47,7 @@ pub struct ImpedanceController {
     model: ArmModel,
     options: ImpedanceOptions,
     damping: Matrix6<f64>,
+    set_point: Point3<f64>,
     last_torque: Option<JointVector>,
     step: u64,
 }
@@ -54,7 +55,7 @@ pub struct ImpedanceController {
 impl ImpedanceController {
     /// A controller that believes the arm to be `model`.
     pub fn new(model: ArmModel, options: ImpedanceOptions) -> Self {
-        Self { model, options, damping: Matrix6::zeros(), last_torque: None, step: 0 }
+        Self { model, options, damping: Matrix6::zeros(), set_point: Point3::origin(), last_torque: None, step: 0 }
     }
 
     /// The settings.
@@ -65,6 +66,11 @@ impl ImpedanceController {
     /// The robot's model of itself.
     pub fn model(&self) -> &ArmModel {
         &self.model
+    }
+
+    /// Where the law wished the pen tip to be at its last call, m, world.
+    pub fn set_point(&self) -> Point3<f64> {
+        self.set_point
     }
 
     /// Joint torques for this step (`dt` s long):
@@ -100,6 +106,7 @@ impl ImpedanceController {
             return self.limited(bias, dt, n);
         };
 
+        self.set_point = Point3::from(kd.world_from_tip().translation.vector);
         let (pose, pose_d) = (k.world_from_tip(), kd.world_from_tip());
         let e_p = pose_d.translation.vector - pose.translation.vector;
         let e_r = rotation_vector(&(pose_d.rotation * pose.rotation.inverse()));

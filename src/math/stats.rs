@@ -18,6 +18,24 @@ pub fn quantile(x: &[f64], p: f64) -> Option<f64> {
     Some(sorted[i] + f * (next - sorted[i]))
 }
 
+/// Smallest value that at least the share `p` of the weight doesn't exceed, of `(value, weight)` pairs, which are
+/// sorted by value on the way; `None` without weight.
+pub fn weighted_quantile(x: &mut [(f64, f64)], p: f64) -> Option<f64> {
+    x.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = x.iter().map(|v| v.1).sum();
+    let mut sum = 0.0;
+    if total <= 0.0 {
+        return None;
+    }
+    for (value, weight) in x.iter() {
+        sum += weight;
+        if sum >= p * total {
+            return Some(*value);
+        }
+    }
+    x.last().map(|v| v.0)
+}
+
 /// Running mean, spread and extremes of a series, by Welford's update (doi:10.1080/00401706.1962.10490022).
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Running {

@@ -2,7 +2,7 @@
 //!
 //! Spatial vectors are written about the world's origin in world axes (Featherstone, Rigid Body Dynamics Algorithms,
 //! 2008, ch. 2), so that the motion axes of all joints add without a change of frame.
-use nalgebra::{SMatrix, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Point3, SMatrix, UnitQuaternion, Vector3, Vector6};
 
 use crate::math::Pose;
 use crate::robot::{ArmModel, JointKind, JointVector, MAX_DOF};
@@ -107,6 +107,22 @@ impl Kinematics {
             j.fixed_view_mut::<3, 1>(3, i).copy_from(&s.ang);
         }
         j
+    }
+
+    /// Linear velocity of the tip, m/s, world, for joint speeds `qd`.
+    pub fn tip_velocity(&self, qd: &JointVector) -> Vector3<f64> {
+        let p = self.world_from_tip.translation.vector;
+        self.axes[..self.dof].iter().enumerate().map(|(i, s)| (s.lin + s.ang.cross(&p)) * qd[i]).sum()
+    }
+
+    /// Joint torques equivalent to a force `force` (N, world) acting at `point` (m, world) on the last link: `J^T F`.
+    pub fn generalized_force(&self, point: &Point3<f64>, force: &Vector3<f64>) -> JointVector {
+        let mut tau = JointVector::zeros();
+        let moment = point.coords.cross(force);
+        for (i, s) in self.axes[..self.dof].iter().enumerate() {
+            tau[i] = s.lin.dot(force) + s.ang.dot(&moment);
+        }
+        tau
     }
 
     /// Velocity and acceleration of the tip (linear part first, world axes; the linear acceleration is that of the

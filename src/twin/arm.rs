@@ -1,0 +1,327 @@
+//! One simulated arm: its controller, its pen, and where it is in its plan.
+use std::collections::VecDeque;
+
+use nalgebra::{Point2, Point3, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng;
+
+use crate::control::{ImpedanceController, MeasuredState, Reference};
+use crate::ink::{InkRecorder, NibContact, PenModel, StrokeId};
+use crate::math::stats::Running;
+use crate::plan::{ArmPlan, Segment, SegmentKind};
+use crate::robot::{ArmModel, JointVector, Kinematics};
+use crate::surface::{Mapping, TrueCanvas};
+use crate::twin::contact::{Contact, Nib};
+use crate::twin::{ArmRecord, ArmSample, Event, EventKind, StrokeRecord, TipForce};
+
+/// The pen that draws a layer.
+#[derive(Clone, Debug)]
+pub struct LayerPen {
+    /// The pen.
+    pub pen: PenModel,
+    /// Name of its ink, as events tell it.
+    pub ink: String,
+}
+
+/// An arm as the twin is given it.
+pub struct TwinArm {
+    /// The true arm: what the plant is made of.
+    pub model: ArmModel,
+    /// The controller, with its own belief of the arm.
+    pub controller: ImpedanceController,
+    /// Joint positions at the start, at rest.
+    pub start: JointVector,
+    /// Normal force that the controller expects while it draws, N.
+    pub drawing_force: f64,
+}
+
+/// What surrounds the arms in truth.
+pub struct Surroundings<'a> {
+    /// The true canvas.
+    pub canvas: &'a TrueCanvas,
+    /// Factor of the canvas on every pen's friction.
+    pub friction: f64,
+    /// Map between the true canvas and the sheet.
+    pub mapping: &'a dyn Mapping,
+    /// The pen of each layer.
+    pub pens: &'a [LayerPen],
+}
+
+/// Running state of one arm.
+pub(crate) struct ArmRun<'a> {
+    index: usize,
+    pub(crate) arm: TwinArm,
+    plan: &'a ArmPlan,
+    segment: usize,
+    entered: bool,
+    cursor: usize,
+    nib: Nib,
+    recorder: InkRecorder,
+    layer: usize,
+    touching: bool,
+    had_contact: bool,
+    pending: VecDeque<JointVector>,
+    delay_steps: usize,
+    noise: Option<(ChaCha8Rng, f64)>,
+    stroke: Option<StrokeRecord>,
+    last_q: Option<JointVector>,
+    pub(crate) record: ArmRecord,
+}
+
+/// What an arm does in one step.
+pub(crate) struct ArmStep {
+    pub(crate) torque: JointVector,
+    pub(crate) force: TipForce,
+}
+
+impl<'a> ArmRun<'a> {
+    pub(crate) fn new(
+        index: usize,
+        arm: TwinArm,
+        plan: &'a ArmPlan,
+        pens: &[LayerPen],
+        delay_steps: usize,
+        noise: Option<(ChaCha8Rng, f64)>,
+        sample_period: f64,
+    ) -> Self {
+        let layer = plan.segments.first().map_or(0, |s| s.layer);
+        let record = ArmRecord {
+            name: arm.model.name.clone(),
+            joints: arm.model.joints.iter().map(|j| j.name.clone()).collect(),
+            sample_period,
+            samples: Vec::new(),
+            strokes: Vec::new(),
+            max_joint_step: 0.0,
+            max_force: 0.0,
+            pen_up_contact_steps: 0,
+            final_q: Vec::new(),
+            final_qd: Vec::new(),
+        };
+        Self {
+            index,
+            recorder: InkRecorder::new(pens[layer].pen.clone(), layer as u32, index as u32),
+            arm,
+            plan,
+            segment: 0,
+            entered: false,
+            cursor: 0,
+            nib: Nib::default(),
+            layer,
+            touching: false,
+            had_contact: false,
+            pending: VecDeque::new(),
+            delay_steps,
+            noise,
+            stroke: None,
+            last_q: None,
+            record,
+        }
+    }
+
+    fn current(&self) -> Option<&'a Segment> {
+        self.plan.segments.get(self.segment)
+    }
+
+    fn stroke_id(&self) -> Option<StrokeId> {
+        let s = self.current()?;
+        Some(StrokeId { layer: s.layer as u32, index: s.stroke? as u32 })
+    }
+
+    /// Moves on to the segment of `time`, closing and opening what hangs on segments.
+    fn advance(&mut self, time: f64, world: &Surroundings, events: &mut Vec<Event>, ink: &mut Vec<InkRecorder>) {
+        while let Some(segment) = self.current() {
+            if !self.entered {
+                self.entered = true;
+                self.cursor = 0;
+                self.enter(segment, time, world, events, ink);
+            }
+            if time < segment.end() || self.segment + 1 == self.plan.segments.len() {
+                return;
+            }
+            self.record.strokes.extend(self.stroke.take());
+            self.segment += 1;
+            self.entered = false;
+        }
+    }
+
+    fn enter(
+        &mut self,
+        segment: &Segment,
+        time: f64,
+        world: &Surroundings,
+        events: &mut Vec<Event>,
+        ink: &mut Vec<InkRecorder>,
+    ) {
+        let stroke = self.stroke_id();
+        let mut event = |kind| events.push(Event { time, arm: self.index, stroke, kind });
+        event(EventKind::Segment { kind: segment.kind });
+        if segment.kind == SegmentKind::ChangePen && segment.layer != self.layer {
+            let next = &world.pens[segment.layer];
+            event(EventKind::PenChanged { ink: next.ink.clone() });
+            let new = InkRecorder::new(next.pen.clone(), segment.layer as u32, self.index as u32);
+            ink.push(std::mem::replace(&mut self.recorder, new));
+            self.layer = segment.layer;
+        }
+        if let (SegmentKind::Draw, Some(stroke)) = (segment.kind, stroke) {
+            self.stroke = Some(StrokeRecord {
+                stroke,
+                start: segment.start,
+                end: segment.end(),
+                steps: 0,
+                contact_steps: 0,
+                lost_contacts: 0,
+                force: Running::default(),
+                saturated_steps: 0,
+                lateral_error: Running::default(),
+            });
+        }
+    }
+
+    /// One control step at `time`: torques from the wished motion, the pen's contact, ink and records.
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn step(
+        &mut self,
+        time: f64,
+        dt: f64,
+        state: &MeasuredState,
+        k: &Kinematics,
+        world: &Surroundings,
+        sample: bool,
+        events: &mut Vec<Event>,
+        ink: &mut Vec<InkRecorder>,
+    ) -> ArmStep {
+        self.advance(time, world, events, ink);
+        let (kind, wish) = match self.current() {
+            Some(segment) => {
+                let m = segment.trajectory.sample(time - segment.start, &mut self.cursor);
+                let pressing = segment.kind == SegmentKind::Draw;
+                let expected_force = if pressing { self.arm.drawing_force } else { 0.0 };
+                (segment.kind, Reference { q: m.q, qd: m.qd, qdd: m.qdd, expected_force })
+            }
+            None => {
+                let (q, zero) = (self.arm.start, JointVector::zeros());
+                (SegmentKind::Travel, Reference { q, qd: zero, qdd: zero, expected_force: 0.0 })
+            }
+        };
+        let tip = Point3::from(k.world_from_tip().translation.vector);
+        let contact = self.touch(world, &tip, &k.tip_velocity(&state.qd), dt);
+        self.draw(time, dt, world, contact.as_ref(), events);
+
+        let command = self.arm.controller.torque(state, k, &wish, dt);
+        let torque = self.delayed(command.torque);
+        let force = contact.map_or_else(TipForce::default, |c| TipForce { point: tip, force: c.force });
+
+        self.watch(kind, state, contact.as_ref(), command.saturated, k);
+        if sample {
+            let n = self.arm.model.dof();
+            self.record.samples.push(ArmSample {
+                time,
+                segment: kind,
+                q: state.q.as_slice()[..n].to_vec(),
+                torque: torque.as_slice()[..n].to_vec(),
+                tip,
+                tip_desired: self.arm.controller.set_point(),
+                force: force.force,
+                normal_force: contact.map_or(0.0, |c| c.normal_force),
+            });
+        }
+        ArmStep { torque, force }
+    }
+
+    fn touch(&mut self, world: &Surroundings, tip: &Point3<f64>, velocity: &Vector3<f64>, dt: f64) -> Option<Contact> {
+        let spring = &world.pens[self.layer].pen.spring;
+        self.nib.touch(spring, spring.friction * world.friction, &world.canvas.mesh, tip, velocity, dt)
+    }
+
+    fn draw(
+        &mut self,
+        time: f64,
+        dt: f64,
+        world: &Surroundings,
+        contact: Option<&Contact>,
+        events: &mut Vec<Event>,
+    ) {
+        let stroke = self.stroke_id();
+        if contact.is_some() != self.touching {
+            self.touching = contact.is_some();
+            let kind = if self.touching { EventKind::Touch } else { EventKind::Leave };
+            events.push(Event { time, arm: self.index, stroke, kind });
+        }
+        let nib = contact.map(|c| NibContact {
+            position: c.at.position,
+            normal: c.at.normal,
+            normal_force: c.normal_force,
+            slip_speed: c.slip.norm(),
+        });
+        let to_sheet = |p: &Point3<f64>| world.mapping.to_sheet(p).unwrap_or(Point2::new(f64::INFINITY, f64::INFINITY));
+        self.recorder.step(dt, nib.as_ref(), stroke, time, &to_sheet);
+    }
+
+    fn watch(
+        &mut self,
+        kind: SegmentKind,
+        state: &MeasuredState,
+        contact: Option<&Contact>,
+        saturated: bool,
+        k: &Kinematics,
+    ) {
+        let r = &mut self.record;
+        if let Some(last) = &self.last_q {
+            r.max_joint_step = r.max_joint_step.max((state.q - last).amax());
+        }
+        self.last_q = Some(state.q);
+        let had_contact = std::mem::replace(&mut self.had_contact, contact.is_some());
+        let normal_force = contact.map_or(0.0, |c| c.normal_force);
+        r.max_force = r.max_force.max(normal_force);
+        if contact.is_some() && matches!(kind, SegmentKind::Travel | SegmentKind::ChangePen) {
+            r.pen_up_contact_steps += 1;
+        }
+        if let Some(s) = &mut self.stroke {
+            s.steps += 1;
+            s.force.push(normal_force);
+            s.saturated_steps += u64::from(saturated);
+            if contact.is_some() {
+                s.contact_steps += 1;
+            } else if had_contact {
+                s.lost_contacts += 1;
+            }
+            let wished = self.arm.controller.set_point();
+            let off = k.world_from_tip().inverse() * wished;
+            s.lateral_error.push(off.x.hypot(off.y));
+        }
+    }
+
+    /// The torque that acts now: what was commanded `delay_steps` ago, with the torque sensors' noise on it.
+    fn delayed(&mut self, torque: JointVector) -> JointVector {
+        let mut acting = torque;
+        if self.delay_steps > 0 {
+            if self.pending.is_empty() {
+                self.pending.extend(std::iter::repeat_n(torque, self.delay_steps));
+            }
+            self.pending.push_back(torque);
+            acting = self.pending.pop_front().unwrap_or(torque);
+        }
+        if let Some((rng, sd)) = &mut self.noise {
+            for i in 0..self.arm.model.dof() {
+                acting[i] += *sd * standard_normal(rng);
+            }
+        }
+        acting
+    }
+
+    /// Closes what is open and gives up the record and the last recorder.
+    pub(crate) fn finish(mut self, state: &MeasuredState) -> (ArmRecord, InkRecorder) {
+        self.record.strokes.extend(self.stroke.take());
+        let n = self.arm.model.dof();
+        self.record.final_q = state.q.as_slice()[..n].to_vec();
+        self.record.final_qd = state.qd.as_slice()[..n].to_vec();
+        (self.record, self.recorder)
+    }
+}
+
+/// A standard normal number by Box and Muller's transform (doi:10.1214/aoms/1177706645).
+fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
+    let unit = |bits: u64| (bits >> 11) as f64 / (1u64 << 53) as f64;
+    let (u, v) = (1.0 - unit(rng.next_u64()), unit(rng.next_u64()));
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}

@@ -1,0 +1,96 @@
+//! The compliant nib on the true canvas.
+//!
+//! A felt or fibre tip gives way, so its force follows from how deep it is pressed, and curved triangle meshes need no
+//! rigid contact solver: normals are interpolated over the facets, and the force is continuous across their edges.
+use nalgebra::{Point3, Vector3};
+
+use crate::ink::NibSpring;
+use crate::mesh::{SurfacePoint, TriMesh};
+
+/// How near to the canvas the nib must be for its foot point to be looked for, m. Deeper than this it is lost.
+const REACH: f64 = 0.004;
+/// A nib farther than this from its foot point across the normal hangs over the canvas's edge, m.
+const OVERHANG: f64 = 5e-4;
+
+/// A nib that touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Where it touches the surface.
+    pub at: SurfacePoint,
+    /// Normal force, N, above 0.
+    pub normal_force: f64,
+    /// Force of the canvas on the pen, N, world: normal and friction.
+    pub force: Vector3<f64>,
+    /// Velocity of the nib along the surface, m/s, world.
+    pub slip: Vector3<f64>,
+}
+
+/// What a nib remembers from step to step: how far its bristles are bent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Nib {
+    stretch: Vector3<f64>,
+}
+
+impl Nib {
+    /// The contact of a nib at `tip` (m, world) that moves at `velocity` (m/s), `dt` s after the last call; `None` off
+    /// the canvas.
+    ///
+    /// - Normal: `F = k d (1 - c v)` with depth `d` and separation speed `v`, never negative (Hunt and Crossley 1975,
+    ///   doi:10.1115/1.3423596).
+    /// - Friction: bristles of stiffness `k_t` stretch with the slip until they hold `mu F`, then follow (Dahl's model,
+    ///   Coulomb limit; Canudas de Wit et al. 1995, doi:10.1109/9.376053), with damping while they stick.
+    pub fn touch(
+        &mut self,
+        spring: &NibSpring,
+        friction: f64,
+        canvas: &TriMesh,
+        tip: &Point3<f64>,
+        velocity: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<Contact> {
+        let contact = self.find(spring, friction, canvas, tip, velocity, dt);
+        if contact.is_none() {
+            self.stretch = Vector3::zeros();
+        }
+        contact
+    }
+
+    fn find(
+        &mut self,
+        spring: &NibSpring,
+        friction: f64,
+        canvas: &TriMesh,
+        tip: &Point3<f64>,
+        velocity: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<Contact> {
+        let at = canvas.closest_point_within(tip, REACH)?;
+        let n = at.normal;
+        let offset = tip - at.position;
+        let depth = -offset.dot(&n);
+        if depth <= 0.0 || (offset + n * depth).norm() > OVERHANG + depth {
+            return None;
+        }
+        let separation = velocity.dot(&n);
+        let normal_force = spring.stiffness * depth * (1.0 - spring.damping * separation);
+        if normal_force <= 0.0 {
+            return None;
+        }
+        let slip = velocity - n * separation;
+        // the bristles turn with the surface, then stretch with the slip
+        let mut stretch = self.stretch - n * self.stretch.dot(&n) + slip * dt;
+        let limit = friction * normal_force;
+        let mut hold = stretch * -spring.lateral_stiffness;
+        let pull = hold.norm();
+        if pull > limit {
+            stretch *= limit / pull;
+            hold *= limit / pull;
+        } else {
+            let damped = hold - slip * spring.lateral_damping;
+            let size = damped.norm();
+            hold = if size > limit { damped * (limit / size) } else { damped };
+        }
+        self.stretch = stretch;
+        Some(Contact { at, normal_force, force: n * normal_force + hold, slip })
+    }
+}
