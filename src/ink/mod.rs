@@ -1,7 +1,19 @@
 //! Ink: pen contact to ink trace, ink trace to picture.
+//!
+//! A [`PenModel`] says what a nib does, an [`InkRecorder`] turns contact into an [`InkTrace`] step by step, and [`rasterise`]
+//! makes a flat picture of the trace. `docs/ink.md` holds the formulas and where they come from.
 
+mod error;
+mod image;
+pub mod optics;
 mod pen;
+mod raster;
+mod recorder;
 mod trace;
 
+pub use error::InkError;
+pub use image::Image;
 pub use pen::{NibSpring, PenModel, TipShape};
+pub use raster::{RasterOptions, rasterise};
+pub use recorder::{InkRecorder, NibContact, PenState};
 pub use trace::{InkPoint, InkStroke, InkTrace, StrokeId, TraceInk};
