@@ -1,7 +1,7 @@
 //! One simulated arm: its controller, its pen, and where it is in its plan.
 use std::collections::VecDeque;
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 
@@ -233,14 +233,7 @@ impl<'a> ArmRun<'a> {
         self.nib.touch(spring, spring.friction * world.friction, &world.canvas.mesh, tip, velocity, dt)
     }
 
-    fn draw(
-        &mut self,
-        time: f64,
-        dt: f64,
-        world: &Surroundings,
-        contact: Option<&Contact>,
-        events: &mut Vec<Event>,
-    ) {
+    fn draw(&mut self, time: f64, dt: f64, world: &Surroundings, contact: Option<&Contact>, events: &mut Vec<Event>) {
         let stroke = self.stroke_id();
         if contact.is_some() != self.touching {
             self.touching = contact.is_some();
@@ -253,8 +246,7 @@ impl<'a> ArmRun<'a> {
             normal_force: c.normal_force,
             slip_speed: c.slip.norm(),
         });
-        let to_sheet = |p: &Point3<f64>| world.mapping.to_sheet(p).unwrap_or(Point2::new(f64::INFINITY, f64::INFINITY));
-        self.recorder.step(dt, nib.as_ref(), stroke, time, &to_sheet);
+        self.recorder.step(dt, time, nib.as_ref(), stroke, |p| world.mapping.to_sheet(p));
     }
 
     fn watch(

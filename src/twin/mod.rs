@@ -1,5 +1,17 @@
 //! The simulated world: plan and true scene to record. The only room that sees rapier.
 
+mod arm;
+mod contact;
+mod options;
+mod plant;
+mod rapier_plant;
 mod record;
+mod simulation;
 
+pub use arm::{LayerPen, Surroundings, TwinArm};
+pub use contact::{Contact, Nib};
+pub use options::{PlantKind, TwinOptions};
+pub use plant::{ArticulatedPlant, Plant, TipForce};
+pub use rapier_plant::RapierPlant;
 pub use record::{ArmRecord, ArmSample, Event, EventKind, Record, StrokeRecord};
+pub use simulation::{TwinError, simulate};

@@ -1,5 +1,5 @@
 //! The rapier plant: every arm a reduced-coordinate multibody in one world.
-use nalgebra::{Isometry3, Quaternion, Rotation3, SymmetricEigen, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Quaternion, Rotation3, SymmetricEigen, Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::prelude as rapier;
 use rapier3d_f64::prelude::{
     GenericJointBuilder, JointAxesMask, JointAxis, MassProperties, MultibodyJointHandle, PhysicsWorld,
@@ -22,6 +22,8 @@ struct RapierArm {
     bodies: Vec<RigidBodyHandle>,
     joint: MultibodyJointHandle,
     kinds: Vec<JointKind>,
+    /// Centre of mass of each moving link, m, link frame.
+    coms: Vec<Point3<f64>>,
 }
 
 impl RapierPlant {
@@ -85,7 +87,12 @@ impl RapierPlant {
             multibody.forward_kinematics(&w.bodies, true);
             multibody.update_rigid_bodies(&mut w.bodies, true);
         }
-        self.arms.push(RapierArm { bodies, joint, kinds: arm.joints.iter().map(|j| j.kind).collect() });
+        self.arms.push(RapierArm {
+            bodies,
+            joint,
+            kinds: arm.joints.iter().map(|j| j.kind).collect(),
+            coms: arm.links[1..].iter().map(|l| l.inertia.com).collect(),
+        });
         self.states.push(MeasuredState { q: *q0, qd: JointVector::zeros() });
         Some(())
     }
@@ -126,7 +133,7 @@ impl Plant for RapierPlant {
                 body.reset_forces(false);
                 body.reset_torques(false);
                 let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-                let com = to_na_vector(body.center_of_mass());
+                let com = (k.world_from_link(i + 1) * arm.coms[i]).coords;
                 let mut push = |j: usize, sign: f64| match arm.kinds[j] {
                     JointKind::Revolute => torque += k.axes[j].ang * (sign * tau[j]),
                     JointKind::Prismatic => {
@@ -175,10 +182,6 @@ fn mass_properties(link: &LinkModel) -> MassProperties {
 
 fn to_rapier_vector(v: &Vector3<f64>) -> rapier::Vector {
     rapier::Vector::new(v.x, v.y, v.z)
-}
-
-fn to_na_vector(v: rapier::Vector) -> Vector3<f64> {
-    Vector3::new(v.x, v.y, v.z)
 }
 
 fn to_rapier(pose: &Pose) -> rapier::Pose {

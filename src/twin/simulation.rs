@@ -93,7 +93,7 @@ pub fn simulate(
         spent.push(recorder);
     }
     let inks = world.pens.iter().zip(colors).map(|(p, c)| TraceInk { name: p.ink.clone(), color: *c }).collect();
-    let ink = InkTrace::from_recorders(inks, spent);
+    let ink = InkTrace::merged(inks, spent);
     let mut digest = Digest::new();
     for r in &records {
         digest.numbers(&r.final_q).numbers(&r.final_qd).numbers([&r.max_force]);
@@ -110,13 +110,7 @@ pub fn simulate(
     })
 }
 
-fn start<'a>(
-    index: usize,
-    arm: TwinArm,
-    plan: &'a ArmPlan,
-    pens: &[LayerPen],
-    options: &TwinOptions,
-) -> ArmRun<'a> {
+fn start<'a>(index: usize, arm: TwinArm, plan: &'a ArmPlan, pens: &[LayerPen], options: &TwinOptions) -> ArmRun<'a> {
     let noise = (options.torque_noise > 0.0).then(|| {
         (stream(options.seed, &format!("torque noise of {}", arm.model.name), index as u64), options.torque_noise)
     });
