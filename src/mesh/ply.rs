@@ -1,0 +1,201 @@
+//! PLY (Stanford polygon format), text and binary of either byte order.
+use std::io::Cursor;
+
+use nalgebra::Point3;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+
+use super::TriMesh;
+use super::file::{FormatError, RawMesh};
+use super::polygon::triangulate;
+
+/// Parses the elements `vertex` (x, y, z) and `face` (a list `vertex_indices` or `vertex_index`).
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, FormatError> {
+    let mut reader = Reader::new(Cursor::new(bytes));
+    let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(explain)?;
+    check_header(&header, bytes.len())?;
+    let mut mesh = RawMesh::default();
+    let mut faces = Vec::new();
+    for element in header.elements.values() {
+        match element.name.as_str() {
+            "vertex" => {
+                let parsed = elements::<Vertex>(&mut reader, element, &header)?;
+                mesh.vertices = parsed.iter().map(|v| Point3::new(v.x, v.y, v.z)).collect();
+            }
+            "face" => faces = elements::<Face>(&mut reader, element, &header)?,
+            _ => drop(elements::<Skipped>(&mut reader, element, &header)?),
+        }
+    }
+    let count = mesh.vertices.len();
+    for (i, Face { corners }) in faces.iter().enumerate() {
+        let in_range = |c: &i64| (0..count as i64).contains(c);
+        if let Some(wrong) = corners.iter().find(|c| !in_range(c)) {
+            return Err(FormatError::new(format!(
+                "face {i} names vertex {wrong}, but there are {count} (0 is the first)"
+            )));
+        }
+        if corners.len() < 3 {
+            let n = corners.len();
+            return Err(FormatError::new(format!("a face has at least three corners, face {i} has {n}")));
+        }
+        let corners: Vec<u32> = corners.iter().map(|&c| c as u32).collect();
+        mesh.triangles.extend(
+            triangulate(&corners, &mesh.vertices)
+                .ok_or_else(|| FormatError::new(format!("face {i} has too many corners: cut it into triangles")))?,
+        );
+    }
+    Ok(mesh)
+}
+
+/// Refuses a header that promises more than the file can hold, before anything is made for it.
+fn check_header(header: &Header, bytes: usize) -> Result<(), FormatError> {
+    for ElementDef { name, count, properties } in header.elements.values() {
+        // An element takes at least a byte: a line in a text file, a value in a binary one.
+        if *count > 0 && (*count > bytes || properties.is_empty()) {
+            return Err(FormatError::new(format!("header promises {count} of `{name}`, more than the file can hold")));
+        }
+    }
+    let has = |element: &str, property: &str| {
+        header.elements.get(element).is_some_and(|e| e.properties.contains_key(property))
+    };
+    for axis in ["x", "y", "z"] {
+        if !has("vertex", axis) {
+            return Err(FormatError::new(format!("header has no property {axis} of element vertex")));
+        }
+    }
+    if !FACE_LISTS.iter().any(|list| has("face", list)) {
+        return Err(FormatError::new("header has no faces: a mesh needs an element face with a list vertex_indices"));
+    }
+    Ok(())
+}
+
+fn elements<E: PropertyAccess>(
+    reader: &mut Reader<Cursor<&[u8]>>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, FormatError> {
+    Parser::<E>::new().read_payload_for_element(reader, element, header).map_err(explain)
+}
+
+/// The parser's message, which spans several lines and quotes the file, as one line of bounded length.
+fn explain(e: ParseError) -> FormatError {
+    let text = e.to_string();
+    let text = text.strip_prefix("Line ").and_then(|t| t.split_once(": ")).map_or(text.as_str(), |(_, m)| m);
+    let words: Vec<&str> = text.split_whitespace().collect();
+    FormatError { line: e.line(), message: words.join(" ").chars().take(200).collect() }
+}
+
+const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+struct Vertex {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Self { x: f64::NAN, y: f64::NAN, z: f64::NAN }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let coordinate = match name {
+            "x" => &mut self.x,
+            "y" => &mut self.y,
+            "z" => &mut self.z,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        *coordinate = match property {
+            Property::Float(v) => v.into(),
+            Property::Double(v) => v,
+            Property::Char(v) => v.into(),
+            Property::UChar(v) => v.into(),
+            Property::Short(v) => v.into(),
+            Property::UShort(v) => v.into(),
+            Property::Int(v) => v.into(),
+            Property::UInt(v) => v.into(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+struct Face {
+    corners: Vec<i64>,
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self { corners: vec![] }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !FACE_LISTS.contains(&name) {
+            return PropertyAccessResult::Ignored;
+        }
+        self.corners = match property {
+            Property::ListChar(v) => v.into_iter().map(i64::from).collect(),
+            Property::ListUChar(v) => v.into_iter().map(i64::from).collect(),
+            Property::ListShort(v) => v.into_iter().map(i64::from).collect(),
+            Property::ListUShort(v) => v.into_iter().map(i64::from).collect(),
+            Property::ListInt(v) => v.into_iter().map(i64::from).collect(),
+            Property::ListUInt(v) => v.into_iter().map(i64::from).collect(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+}
+
+/// The mesh as binary little-endian PLY with double coordinates.
+pub(super) fn format(mesh: &TriMesh) -> Vec<u8> {
+    let (vertices, triangles) = (mesh.vertices(), mesh.triangles());
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment metres\nelement vertex {}\nproperty double x\nproperty double y\n\
+         property double z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        vertices.len(),
+        triangles.len()
+    );
+    let mut bytes = header.into_bytes();
+    bytes.extend(vertices.iter().flat_map(|v| [v.x, v.y, v.z]).flat_map(f64::to_le_bytes));
+    for t in triangles {
+        bytes.push(3);
+        bytes.extend(t.iter().flat_map(|i| i.to_le_bytes()));
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str = "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_index\nend_header\n";
+
+    #[test]
+    fn a_text_file_with_quads_and_colours_is_read() {
+        let text = format!("{HEADER}0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 3\n");
+        let mesh = parse(text.as_bytes()).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(mesh.vertices[2], Point3::new(1.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn mistakes_name_the_line_or_the_face() {
+        let short = format!("{HEADER}0 0 0 9\n1 0 0 9\n1 1 x 9\n");
+        assert_eq!(parse(short.as_bytes()).unwrap_err().line, Some(14));
+        let out = format!("{HEADER}0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0 9\n4 0 1 2 -3\n");
+        assert!(parse(out.as_bytes()).unwrap_err().message.contains("face 0 names vertex -3"));
+        let lie = HEADER.replace("vertex 4", "vertex 4000000000");
+        assert!(parse(lie.as_bytes()).unwrap_err().message.contains("4000000000"));
+        let cloud = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+        assert!(parse(cloud.as_bytes()).unwrap_err().message.contains("no faces"));
+    }
+}
