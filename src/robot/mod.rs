@@ -2,10 +2,16 @@
 
 mod dynamics;
 mod kinematics;
+mod enclose;
+mod error;
+mod inertia;
 mod model;
+pub mod urdf;
 
 pub use dynamics::{GRAVITY, JointMatrix};
 pub use kinematics::{Jacobian, Kinematics};
+pub use error::RobotError;
 pub use model::{
     ArmModel, Capsule, JointKind, JointModel, JointVector, LinkModel, MAX_DOF, SpatialInertia, Visual, VisualShape,
 };
+pub use urdf::UrdfOptions;
