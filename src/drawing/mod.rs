@@ -1,5 +1,13 @@
 //! Drawings: 2D strokes on a sheet, one layer per ink; and what makes them from files and patterns.
 
+mod clip;
+mod hatch;
+mod load;
 mod sheet;
+pub mod stroke_text;
+pub mod svg;
+mod svg_survey;
 
+pub use load::{DrawingError, Loaded, Size, Warning, load};
 pub use sheet::{Drawing, InkLayer, Stroke};
+pub use svg::{Fill, SvgOptions};
