@@ -7,6 +7,8 @@ mod sheet;
 pub mod stroke_text;
 pub mod svg;
 mod svg_survey;
+mod svg_walk;
+pub mod svg_write;
 
 pub use load::{DrawingError, Loaded, Size, Warning, load};
 pub use sheet::{Drawing, InkLayer, Stroke};

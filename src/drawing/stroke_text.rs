@@ -194,3 +194,88 @@ pub fn write(drawing: &Drawing, layer: &InkLayer) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn error(text: &str) -> String {
+        parse(text, Path::new("a_k.txt")).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn mistakes_are_named_with_file_and_line() {
+        let cases = [
+            ("", "a_k.txt:1: empty"),
+            ("100\n", "a_k.txt:1: `100`: the first line"),
+            ("100 0\n", "a_k.txt:1: a sheet of 100 x 0"),
+            ("100 50\n0.1 0.2 0.3\nEnd\n", "a_k.txt:2: `0.1 0.2 0.3`: a line holds"),
+            ("100 50\n0.1 nan\nEnd\n", "a_k.txt:2: `0.1 nan`"),
+            ("100 50\n0.1 0.2\n\n0.1 1.2\nEnd\n", "a_k.txt:4: point 0.1 1.2 lies outside"),
+            ("100 50\n0.1 0.2\nEnd\nEnd\n", "a_k.txt:4: `End` without"),
+            ("100 50\n0.1 0.2\n", "a_k.txt:2: the last stroke has no end"),
+        ];
+        for (text, start) in cases {
+            let e = error(text);
+            assert!(e.starts_with(start), "{e}");
+        }
+    }
+
+    #[test]
+    fn one_ink_reads_its_siblings_in_order() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [
+            ("a_k.txt", "200 100\n0 0\n1 1\nEnd\n"),
+            ("a_c.txt", "400 200\n0.5 0.5\nEnd\n"),
+            ("a_crimson.txt", "200 100\n0 0\n1 0\nEnd\n"),
+            ("a_y.txt", "200 100\n"),
+            ("a_notes.txt", "nothing to draw"),
+            ("b_m.txt", "200 100\n0 0\nEnd\n"),
+        ] {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let d = read(&folder.path().join("a_k.txt"), Size::Width(0.2)).unwrap();
+        assert!((d.width - 0.2).abs() < 1e-12 && (d.height - 0.1).abs() < 1e-12);
+        let names: Vec<&str> = d.layers.iter().map(|l| l.name.as_str()).collect();
+        assert_eq!(names, ["cyan", "black", "crimson"]);
+        assert_eq!(d.layers[0].strokes[0].points, [Point2::new(0.0, 0.0)]);
+        assert!((d.layers[1].strokes[0].points[0] - Point2::new(-0.1, 0.05)).norm() < 1e-12, "top left first");
+        assert!(matches!(read(&folder.path().join("c_k.txt"), Size::Natural), Err(DrawingError::Unreadable { .. })));
+
+        std::fs::write(folder.path().join("a_m.txt"), "100 100\n0 0\nEnd\n").unwrap();
+        let e = read(&folder.path().join("a_k.txt"), Size::Natural).unwrap_err().to_string();
+        assert!(e.contains("a_m.txt:1: the sheet is 100 x 100"), "{e}");
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_text_never_panics(text in "([0-9. End\n-]{0,60}|\\PC{0,40})") {
+            let _ = parse(&text, Path::new("a_k.txt"));
+        }
+
+        #[test]
+        fn what_is_written_reads_back(
+            strokes in proptest::collection::vec(proptest::collection::vec((-0.15..0.15f64, -0.1..0.1f64), 1..9), 1..6),
+        ) {
+            let strokes: Vec<Stroke> = strokes
+                .into_iter()
+                .map(|s| Stroke { points: s.into_iter().map(|(x, y)| Point2::new(x, y)).collect() })
+                .collect();
+            let layer = InkLayer { name: "black".into(), color: Rgb([0, 0, 0]), width_hint: None, strokes };
+            let drawing = Drawing { width: 0.3, height: 0.2, layers: vec![layer] };
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("a_k.txt");
+            std::fs::write(&file, write(&drawing, &drawing.layers[0])).unwrap();
+            let read = read(&file, Size::Natural).unwrap();
+            prop_assert!((read.width - 0.3).abs() < 1e-12 && (read.height - 0.2).abs() < 1e-12);
+            prop_assert_eq!(read.layers.len(), 1);
+            for (s, t) in read.layers[0].strokes.iter().zip(&drawing.layers[0].strokes) {
+                prop_assert_eq!(s.points.len(), t.points.len());
+                prop_assert!(s.points.iter().zip(&t.points).all(|(p, q)| (p - q).norm() < 1e-12));
+            }
+            prop_assert_eq!(read.stroke_count(), drawing.stroke_count());
+        }
+    }
+}

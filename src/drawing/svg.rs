@@ -10,29 +10,18 @@
 //!
 //! Precision: usvg works in single precision (1e-7 of the largest coordinate) and turns an arc into cubics that stay
 //! within 0.03 % of its radius. Flattening adds at most [`SvgOptions::tolerance`], on the sheet.
-use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
-use kurbo::{Affine, BezPath, PathEl, Point};
-use nalgebra::Point2;
-use usvg::tiny_skia_path::PathSegment;
+use kurbo::Affine;
 
-use super::clip::{self, Clip, Outline};
-use super::hatch::hatch;
-use super::load::{DrawingError, Loaded, Size, Warning};
+use super::Drawing;
+use super::load::{DrawingError, Loaded, Size};
 use super::svg_survey::{self, Survey};
-use super::{Drawing, InkLayer, Stroke};
+use super::svg_walk::{MAX_POINTS, Walk};
 use crate::math::Rgb;
 
 /// Millimetres per CSS pixel: 96 px = 25.4 mm.
 const MM_PER_PX: f64 = 25.4 / 96.0;
-/// Points of a drawing beyond which the tolerance or the artwork is a mistake.
-const MAX_POINTS: f64 = 2e7;
-/// Dashes of one path beyond which it is drawn solid.
-const MAX_DASHES: f64 = 2e5;
-/// Farthest coordinate that can be drawn, mm from the sheet's centre.
-const FARTHEST: f64 = 1e7;
 /// Stack of the thread that reads a document: usvg recurses through groups, `use` and clip paths.
 const STACK: usize = 256 << 20;
 /// Largest file that is read.
@@ -168,26 +157,16 @@ fn convert(text: &str, file: &Path, options: &SvgOptions) -> Result<Loaded, Draw
     let (width, height) = options.size.resolve(natural.0, natural.1)?;
     let scale = MM_PER_PX * width / natural.0;
     let sheet_from_px = Affine::new([scale, 0.0, 0.0, -scale, -0.5e3 * width, 0.5e3 * height]);
-    let mut walk = Walk {
-        options,
-        sheet_from_px,
-        tolerance: options.tolerance * 1e3,
-        crop: options.crop.then(|| Arc::new(Clip::centred_rectangle(1e3 * width, 1e3 * height))),
-        labels: &labels,
-        groups: Vec::new(),
-        inks: Vec::new(),
-        notes: BTreeMap::new(),
-        points: 0.0,
-    };
+    let mut walk = Walk::new(options, sheet_from_px, (1e3 * width, 1e3 * height), &labels);
     walk.top_level(tree.root());
-    if walk.points > MAX_POINTS {
+    if walk.overflowed() {
         return Err(invalid(
             1,
             format!("more than {MAX_POINTS:e} points: simplify the artwork or raise the tolerance"),
         ));
     }
     let mut warnings = warnings;
-    warnings.extend(walk.notes.iter().map(|(note, count)| Warning { line: None, message: note.message(*count) }));
+    warnings.extend(walk.warnings());
     let layers = walk.layers();
     if layers.is_empty() {
         let reason = match warnings.is_empty() {
@@ -204,461 +183,304 @@ fn line_of_root(text: &str) -> usize {
     text.find("<svg").map_or(1, |at| text[..at].matches('\n').count() + 1)
 }
 
-/// What of usvg's tree is not drawn as it looks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Note {
-    Mask,
-    Filter,
-    Pattern,
-    Gradient,
-    Opacity,
-    Paper,
-    Fill,
-    Dashes,
-    Far,
-    Cropped,
-    Hatch,
-}
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
 
-impl Note {
-    fn message(self, count: usize) -> String {
-        let what = match self {
-            Note::Mask => "mask: ignored, the shapes under it are drawn whole",
-            Note::Filter => "filter: ignored",
-            Note::Pattern => "pattern as paint: not drawn; use a colour",
-            Note::Gradient => "gradient as paint: drawn in its mean colour",
-            Note::Opacity => "partly transparent shape: drawn in full ink",
-            Note::Paper => "shape in the paper's colour: not drawn, it would leave no mark",
-            Note::Fill => "filled shape without a stroke: not drawn, as asked",
-            Note::Dashes => "stroke with too many dashes: drawn solid",
-            Note::Far => "shape farther than 10 km from the sheet: not drawn",
-            Note::Cropped => "stroke that leaves the page: cut at its edge",
-            Note::Hatch => "fill too large for so dense a hatching: outlined",
-        };
-        format!("{count} x {what}")
-    }
-}
+    use nalgebra::Point2;
+    use proptest::prelude::*;
 
-/// The strokes of one colour in one top-level group, mm.
-struct Ink {
-    group: usize,
-    color: Rgb,
-    strokes: Vec<Vec<Point>>,
-    /// Stroke width, mm, and the length drawn with it, mm, per shape.
-    widths: Vec<(f64, f64)>,
-}
+    use super::*;
+    use crate::drawing::{Stroke, Warning};
 
-struct Walk<'a> {
-    options: &'a SvgOptions,
-    sheet_from_px: Affine,
-    /// mm
-    tolerance: f64,
-    crop: Option<Arc<Clip>>,
-    labels: &'a BTreeMap<String, Option<String>>,
-    /// Names of top-level groups, in document order; loose shapes have none.
-    groups: Vec<Option<String>>,
-    inks: Vec<Ink>,
-    notes: BTreeMap<Note, usize>,
-    /// A bound on the points made so far.
-    points: f64,
-}
-
-impl Walk<'_> {
-    fn note(&mut self, note: Note) {
-        *self.notes.entry(note).or_default() += 1;
+    fn load(svg: &str, options: &SvgOptions) -> Loaded {
+        parse(svg.as_bytes(), Path::new("a.svg"), options).unwrap()
     }
 
-    /// Walks the children of the document's root, each group of which starts a layer. usvg wraps them all in a
-    /// nameless group where the page has a view box.
-    fn top_level(&mut self, root: &usvg::Group) {
-        let children = match root.children() {
-            [usvg::Node::Group(g)] if g.id().is_empty() && g.clip_path().is_none() && g.opacity().get() > 0.0 => {
-                g.children()
-            }
-            children => children,
-        };
-        let mut loose = None;
-        for child in children {
-            let named = match child {
-                usvg::Node::Group(g) => self.labels.get(g.id()),
-                _ => None,
-            };
-            let group = match named {
-                Some(name) => {
-                    loose = None;
-                    self.groups.push(name.clone());
-                    self.groups.len() - 1
+    fn error(svg: &str) -> String {
+        parse(svg.as_bytes(), Path::new("a.svg"), &SvgOptions::default()).unwrap_err().to_string()
+    }
+
+    /// A page of 100 x 100 mm in mm units.
+    fn page(body: &str) -> String {
+        format!(
+            "<svg xmlns='http://www.w3.org/2000/svg' xmlns:xlink='http://www.w3.org/1999/xlink' \
+             xmlns:inkscape='http://www.inkscape.org/namespaces/inkscape' \
+             width='100mm' height='100mm' viewBox='0 0 100 100'>{body}</svg>"
+        )
+    }
+
+    fn draw(body: &str) -> Drawing {
+        load(&page(body), &SvgOptions::default()).drawing
+    }
+
+    fn points_mm(s: &Stroke) -> Vec<(f64, f64)> {
+        let round = |x: f64| (x * 1e3 * 1e4).round() / 1e4;
+        s.points.iter().map(|p| (round(p.x), round(p.y))).collect()
+    }
+
+    #[test]
+    fn documents_keep_their_true_size_in_every_unit() {
+        for (size, mm) in [("50mm", 50.0), ("5cm", 50.0), ("2in", 50.8), ("96px", 25.4), ("96", 25.4), ("72pt", 25.4)] {
+            let svg = format!(
+                "<svg xmlns='http://www.w3.org/2000/svg' width='{size}' height='{size}'><path d='M0 0L10 10' stroke='black'/></svg>"
+            );
+            let d = load(&svg, &SvgOptions::default()).drawing;
+            assert!((d.width - 1e-3 * mm).abs() < 1e-8 && (d.height - 1e-3 * mm).abs() < 1e-8, "{size}: {}", d.width);
+            assert!((d.length() - 200f64.sqrt() * 25.4e-3 / 96.0).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn the_sheet_has_its_origin_in_the_centre_and_y_up() {
+        let d = draw("<polyline points='0 0 100 0 100 75' fill='none' stroke='red'/>");
+        assert_eq!(points_mm(&d.layers[0].strokes[0]), [(-50.0, 50.0), (50.0, 50.0), (50.0, -25.0)]);
+        assert_eq!(d.layers[0].color, Rgb([255, 0, 0]));
+    }
+
+    #[test]
+    fn wished_sizes_scale_uniformly() {
+        let svg = page("<path d='M0 0H100' stroke='black'/>").replace("height='100mm'", "height='50mm'");
+        for (size, w) in [(Size::Width(0.3), 0.3), (Size::Height(0.3), 0.6), (Size::Fit(0.4, 0.1), 0.2)] {
+            let d = load(&svg, &SvgOptions { size, ..Default::default() }).drawing;
+            assert!((d.width - w).abs() < 1e-9 && (d.height - 0.5 * w).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn every_path_command_has_the_length_of_its_shape() {
+        let cases = [
+            ("M10 10 l10 0 v10 h-10 z", 40.0),
+            ("M10 10 H30 V20 L20 20", 40.0),
+            // 20 (sqrt(5) / 2 + asinh(2) / 4)
+            ("M10 10 Q 20 10 30 30", 29.578_857),
+            // A cubic and a smooth cubic along one straight line.
+            ("M10 10 C 15 10 20 10 25 10 S 35 10 40 10", 30.0),
+            ("M10 10 Q 15 10 20 10 T 40 10", 30.0),
+            ("M10 50 A 20 20 0 0 1 50 50", PI * 20.0),
+            ("M10 50 a 20 20 0 1 0 20 -20", 1.5 * PI * 20.0),
+            ("M10 10 10 20 M30 30 30 45", 25.0),
+        ];
+        for (d, mm) in cases {
+            let length = draw(&format!("<path d='{d}' fill='none' stroke='black'/>")).length() * 1e3;
+            assert!((length - mm).abs() < 1e-3 * mm, "{d}: {length} is not {mm}");
+        }
+    }
+
+    #[test]
+    fn shapes_become_their_outlines() {
+        let cases = [
+            ("<rect x='10' y='10' width='30' height='20'", 100.0, 1),
+            ("<rect x='10' y='10' width='30' height='20' rx='5'", 60.0 + 2.0 * PI * 5.0, 1),
+            ("<circle cx='50' cy='50' r='20'", 40.0 * PI, 1),
+            ("<ellipse cx='50' cy='50' rx='20' ry='20'", 40.0 * PI, 1),
+            ("<line x1='10' y1='10' x2='40' y2='50'", 50.0, 1),
+            ("<polyline points='10,10 20,10 20,20'", 20.0, 1),
+            ("<polygon points='10,10 40,10 40,50'", 120.0, 1),
+        ];
+        for (shape, mm, strokes) in cases {
+            let d = draw(&format!("{shape} fill='none' stroke='black'/>"));
+            assert_eq!(d.stroke_count(), strokes, "{shape}");
+            assert!((d.length() * 1e3 - mm).abs() < 2e-3 * mm, "{shape}: {}", d.length());
+        }
+    }
+
+    #[test]
+    fn circles_stay_within_tolerance_of_the_analytic_circle() {
+        for (tolerance, size) in [(5e-5, 0.1), (5e-4, 0.1), (5e-5, 0.4)] {
+            let svg = page("<circle cx='50' cy='50' r='40' fill='none' stroke='black'/>");
+            let d = load(&svg, &SvgOptions { tolerance, size: Size::Width(size), ..Default::default() }).drawing;
+            let r = 0.4 * size;
+            for w in d.layers[0].strokes[0].points.windows(2) {
+                for p in [w[0], nalgebra::center(&w[0], &w[1])] {
+                    assert!((p.coords.norm() - r).abs() < tolerance + 3e-4 * r, "{}", p.coords.norm() - r);
                 }
-                None => *loose.get_or_insert_with(|| {
-                    self.groups.push(None);
-                    self.groups.len() - 1
-                }),
-            };
-            self.node(child, group, &[], false);
-        }
-    }
-
-    fn node(&mut self, node: &usvg::Node, group: usize, clips: &[Arc<Clip>], faint: bool) {
-        match node {
-            usvg::Node::Group(g) => self.group(g, group, clips, faint),
-            usvg::Node::Path(p) => self.path(p, group, clips, faint),
-            // The survey has told about both.
-            usvg::Node::Image(_) | usvg::Node::Text(_) => {}
-        }
-    }
-
-    fn group(&mut self, g: &usvg::Group, group: usize, clips: &[Arc<Clip>], faint: bool) {
-        if g.opacity().get() == 0.0 || self.points > MAX_POINTS {
-            return;
-        }
-        if g.mask().is_some() {
-            self.note(Note::Mask);
-        }
-        if !g.filters().is_empty() {
-            self.note(Note::Filter);
-        }
-        let faint = faint || g.opacity().get() < 1.0;
-        match g.clip_path() {
-            Some(c) => {
-                let mut clips = clips.to_vec();
-                clips.push(Arc::new(self.clip(c, g.abs_transform())));
-                g.children().iter().for_each(|n| self.node(n, group, &clips, faint));
             }
-            None => g.children().iter().for_each(|n| self.node(n, group, clips, faint)),
         }
     }
 
-    /// A clip path on the sheet; `transform` is that of the element that it clips.
-    fn clip(&mut self, c: &usvg::ClipPath, transform: usvg::Transform) -> Clip {
-        let own = transform.pre_concat(c.transform());
-        let mut clip = Clip::default();
-        self.clip_outlines(c.root(), own, &[], &mut clip);
-        clip.within = c.clip_path().map(|inner| Arc::new(self.clip(inner, transform)));
-        clip
+    #[test]
+    fn transforms_and_use_move_the_shape() {
+        let d = draw(
+            "<defs><path id='p' d='M0 0 L10 0' stroke='black'/></defs>\
+             <g transform='translate(50 50)'><g transform='rotate(90) scale(2)'><use xlink:href='#p' x='1'/></g></g>",
+        );
+        assert_eq!(points_mm(&d.layers[0].strokes[0]), [(0.0, -2.0), (0.0, -22.0)]);
     }
 
-    fn clip_outlines(&mut self, g: &usvg::Group, own: usvg::Transform, clips: &[Arc<Clip>], into: &mut Clip) {
-        let mut clips = clips.to_vec();
-        if let Some(c) = g.clip_path() {
-            clips.push(Arc::new(self.clip(c, own.pre_concat(g.abs_transform()))));
+    #[test]
+    fn a_clip_path_cuts_strokes_at_its_outline() {
+        let d = draw(
+            "<clipPath id='c'><circle cx='50' cy='50' r='20'/></clipPath>\
+             <g clip-path='url(#c)'><path d='M0 50 H100 M0 90 H100' stroke='black'/></g>",
+        );
+        assert_eq!(d.stroke_count(), 1);
+        assert!((d.length() - 0.04).abs() < 2e-5);
+    }
+
+    #[test]
+    fn nested_and_transformed_clips_intersect() {
+        let d = draw(
+            "<clipPath id='a'><rect width='60' height='100'/></clipPath>\
+             <clipPath id='b' clip-path='url(#a)'><rect x='40' width='60' height='100'/></clipPath>\
+             <g transform='translate(10 0)'><path clip-path='url(#b)' d='M-10 50 H90' stroke='black'/></g>",
+        );
+        assert_eq!(points_mm(&d.layers[0].strokes[0]), [(0.0, 0.0), (20.0, 0.0)]);
+    }
+
+    #[test]
+    fn strokes_are_cut_at_the_page_unless_asked() {
+        let svg = page("<path d='M-50 50 H150' stroke='black'/>");
+        let cut = load(&svg, &SvgOptions::default());
+        assert!((cut.drawing.length() - 0.1).abs() < 1e-8);
+        assert_eq!(cut.warnings.len(), 1);
+        let whole = load(&svg, &SvgOptions { crop: false, ..Default::default() });
+        assert!((whole.drawing.length() - 0.2).abs() < 1e-8 && whole.warnings.is_empty());
+    }
+
+    #[test]
+    fn layers_keep_names_colours_widths_and_order() {
+        let svg = page(
+            "<g inkscape:label='sky' id='l1'><path d='M0 0H50' stroke='blue' stroke-width='0.8'/></g>\
+             <g id='earth'><path d='M0 10H50' stroke='green'/><path d='M0 20H50' stroke='blue'/></g>\
+             <g><path d='M0 30H50' stroke='green'/></g>\
+             <path d='M0 40H50' stroke='#102030'/>",
+        );
+        let apart = load(&svg, &SvgOptions { by_ink: false, ..Default::default() }).drawing;
+        let names: Vec<&str> = apart.layers.iter().map(|l| l.name.as_str()).collect();
+        assert_eq!(names, ["sky", "earth #008000", "earth #0000ff", "#008000", "#102030"]);
+        assert!((apart.layers[0].width_hint.unwrap() - 0.8e-3).abs() < 1e-9);
+        let merged = load(&svg, &SvgOptions::default()).drawing;
+        let names: Vec<&str> = merged.layers.iter().map(|l| l.name.as_str()).collect();
+        assert_eq!(names, ["#0000ff", "#008000", "#102030"]);
+        assert_eq!(merged.stroke_count(), 5);
+    }
+
+    #[test]
+    fn dashes_cover_their_share_of_the_line() {
+        let d = draw("<path d='M0 50 H100' stroke='black' stroke-dasharray='3 2'/>");
+        assert_eq!(d.stroke_count(), 20);
+        assert!((d.length() - 0.06).abs() < 1e-7);
+        let dots = draw("<path d='M0 50 H100' stroke='black' stroke-linecap='round' stroke-dasharray='0 5'/>");
+        assert!((20..=21).contains(&dots.stroke_count()) && dots.length() < 1e-4, "{}", dots.stroke_count());
+    }
+
+    #[test]
+    fn fills_are_outlined_hatched_or_ignored_as_asked() {
+        let svg = page(
+            "<rect x='10' y='10' width='20' height='10' fill='red'/>\
+             <rect x='40' y='10' width='20' height='10' fill='red' stroke='black'/>",
+        );
+        let with = |fill| load(&svg, &SvgOptions { fill, ..Default::default() });
+        let outlined = with(Fill::Outline).drawing;
+        assert_eq!(outlined.layers.iter().map(|l| l.strokes.len()).collect::<Vec<_>>(), [1, 1]);
+        assert!((outlined.length() - 0.12).abs() < 1e-6);
+        let hatched = with(Fill::Hatch { spacing: 1e-3, angle: 0.0 }).drawing;
+        assert_eq!(hatched.layers.iter().map(|l| l.strokes.len()).collect::<Vec<_>>(), [20, 1]);
+        let ignored = with(Fill::Ignore);
+        assert_eq!((ignored.drawing.stroke_count(), ignored.warnings.len()), (1, 1));
+    }
+
+    #[test]
+    fn invisible_and_paper_coloured_shapes_are_left_out() {
+        let body = "<path d='M0 0H9' stroke='red' display='none'/><path d='M0 0H9' stroke='red' visibility='hidden'/>\
+             <g opacity='0'><path d='M0 0H9' stroke='red'/></g><path d='M0 0H9' stroke='red' stroke-opacity='0'/>\
+             <path d='M0 0H9' stroke='white'/><path d='M0 50H9' stroke='black'/>";
+        let loaded = load(&page(body), &SvgOptions::default());
+        assert_eq!(loaded.drawing.stroke_count(), 1);
+        assert_eq!(loaded.warnings.len(), 1, "only the white one would be missed: {:?}", loaded.warnings);
+        let all = load(&page(body), &SvgOptions { paper: None, ..Default::default() });
+        assert_eq!(all.drawing.stroke_count(), 2);
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_named_with_its_line() {
+        let body = "\n<text x='1' y='9'>a</text>\n<text>b</text>\n<image href='a.png' width='9' height='9'/>\
+             <path d='M0 0H9 what' stroke='black'/><use href='#nothing'/>\
+             <linearGradient id='g'><stop offset='0' stop-color='red'/><stop offset='1' stop-color='blue'/></linearGradient>\
+             <rect width='9' height='9' stroke='url(#g)' fill='none'/>";
+        let loaded = load(&page(body), &SvgOptions::default());
+        let told: Vec<String> = loaded.warnings.iter().map(Warning::to_string).collect();
+        for part in ["line 2: 2 x text", "line 4: 1 x image", "broken path data", "line 4: 1 x use", "1 x gradient"] {
+            assert!(told.iter().any(|t| t.contains(part)), "{part} in {told:?}");
         }
-        for node in g.children() {
-            match node {
-                usvg::Node::Group(g) => self.clip_outlines(g, own, &clips, into),
-                usvg::Node::Path(p) if p.is_visible() => {
-                    let rule = p.fill().map_or(clip::FillRule::NonZero, |f| fill_rule(f.rule()));
-                    let placed = self.sheet_from_px * affine(own.pre_concat(p.abs_transform())) * bez_path(p.data());
-                    if let Some(contours) = self.flatten(&placed) {
-                        into.outlines.push((Outline::new(&contours, rule), clips.clone()));
-                    }
+        assert!(loaded.drawing.layers.iter().any(|l| l.color == Rgb([128, 0, 128])));
+    }
+
+    #[test]
+    fn errors_name_file_and_line() {
+        let cases = [
+            ("<svg xmlns='http://www.w3.org/2000/svg'>\n<g>\n</svg>", "a.svg:3: not well-formed XML"),
+            ("\n<html/>", "a.svg:2: the root element is `html`"),
+            ("<svg xmlns='http://www.w3.org/2000/svg'>", "a.svg:1: not well-formed XML"),
+            ("<svg xmlns='http://www.w3.org/2000/svg' width='0' height='9'/>", "a.svg:1: the page has no size"),
+            (&page("<text>a</text>"), "a.svg: holds no strokes: line 1: 1 x text"),
+            (&page(""), "a.svg: holds no strokes: no visible shape"),
+        ];
+        for (svg, start) in cases {
+            let e = error(svg);
+            assert!(e.starts_with(start), "{e}");
+        }
+        let bad = SvgOptions { size: Size::Width(0.0), ..Default::default() };
+        assert!(parse(page("").as_bytes(), Path::new("a.svg"), &bad).unwrap_err().to_string().starts_with("width = 0"));
+    }
+
+    #[test]
+    fn bombs_are_refused() {
+        let deep = page(&format!("{}{}", "<g>".repeat(50_000), "</g>".repeat(50_000)));
+        assert!(error(&deep).contains("nested deeper"), "{}", error(&deep));
+
+        let mut uses = "<path id='u0' d='M0 0H1' stroke='red'/>".to_string();
+        for i in 1..40 {
+            uses += &format!("<g id='u{i}'><use href='#u{0}'/><use href='#u{0}'/></g>", i - 1);
+        }
+        assert!(error(&page(&uses)).contains("more than a million"), "{}", error(&page(&uses)));
+
+        let mut laughs = "<!DOCTYPE svg [<!ENTITY a0 'hahahahahahahahahahahahahaha'>".to_string();
+        for i in 1..9 {
+            laughs += &format!("<!ENTITY a{i} '{}'>", format!("&a{};", i - 1).repeat(10));
+        }
+        laughs += &format!("]>{}", page("<text>&a8;</text>"));
+        assert!(parse(laughs.as_bytes(), Path::new("a.svg"), &SvgOptions::default()).is_err());
+
+        let far = page("<path d='M0 0C1e30 0 0 1e30 1 1' stroke='red'/><path d='M0 0H9' stroke='red'/>");
+        assert_eq!(load(&far, &SvgOptions::default()).drawing.stroke_count(), 1);
+        let dashes = page("<path d='M0 0H99' stroke='red' stroke-dasharray='1e-9'/>");
+        assert_eq!(load(&dashes, &SvgOptions::default()).drawing.stroke_count(), 1);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+            let _ = parse(&bytes, Path::new("a.svg"), &SvgOptions::default());
+        }
+
+        #[test]
+        fn mutated_documents_never_fail_inside_usvg(
+            edits in proptest::collection::vec((0usize..4000, "[ -~]{0,3}"), 1..6),
+            hatch in any::<bool>(),
+        ) {
+            let mut svg = page(
+                "<defs><clipPath id='c'><circle cx='50' cy='50' r='40'/></clipPath><path id='u' d='M0 0l9 9'/></defs>\
+                 <g inkscape:label='a' clip-path='url(#c)'><path d='M10 10C20 20 30 5 40 40A9 9 0 0 1 50 50z' stroke='red'/></g>\
+                 <g transform='rotate(30) scale(2 1)'><rect x='5' y='5' width='30' height='9' rx='2' fill='blue'/></g>\
+                 <use xlink:href='#u' stroke='green' stroke-dasharray='1 2' style='stroke-width:0.5mm'/>",
+            );
+            for (at, text) in edits {
+                let from = at % svg.len();
+                svg.replace_range(from..(from + 1).min(svg.len()), &text);
+            }
+            let fill = if hatch { Fill::Hatch { spacing: 1e-3, angle: 0.5 } } else { Fill::Outline };
+            match parse(svg.as_bytes(), Path::new("a.svg"), &SvgOptions { fill, ..Default::default() }) {
+                Ok(loaded) => {
+                    let d = loaded.drawing;
+                    let on_page = |p: &Point2<f64>| p.x.abs() <= 0.5 * d.width + 1e-6 && p.y.abs() <= 0.5 * d.height + 1e-6;
+                    prop_assert!(d.layers.iter().flat_map(|l| &l.strokes).flat_map(|s| &s.points).all(on_page));
                 }
-                _ => {}
+                Err(e) => prop_assert!(!e.to_string().contains("the SVG reader failed"), "{}", e),
             }
         }
     }
-
-    fn path(&mut self, p: &usvg::Path, group: usize, clips: &[Arc<Clip>], faint: bool) {
-        if !p.is_visible() || self.points > MAX_POINTS {
-            return;
-        }
-        let path = bez_path(p.data());
-        let sheet_from_path = self.sheet_from_px * affine(p.abs_transform());
-        match p.paint_order() {
-            usvg::PaintOrder::FillAndStroke => {
-                self.fill(p, &path, sheet_from_path, group, clips, faint);
-                self.stroke(p, path, sheet_from_path, group, clips, faint);
-            }
-            usvg::PaintOrder::StrokeAndFill => {
-                self.stroke(p, path.clone(), sheet_from_path, group, clips, faint);
-                self.fill(p, &path, sheet_from_path, group, clips, faint);
-            }
-        }
-    }
-
-    fn stroke(&mut self, p: &usvg::Path, path: BezPath, place: Affine, group: usize, clips: &[Arc<Clip>], faint: bool) {
-        let Some(stroke) = p.stroke() else { return };
-        let Some(color) = self.ink_color(stroke.paint(), stroke.opacity().get(), faint) else { return };
-        let width = f64::from(stroke.width().get()) * place.determinant().abs().sqrt();
-        let path = match stroke.dasharray() {
-            Some(dashes) => self.dashed(path, dashes, stroke.dashoffset()),
-            None => path,
-        };
-        let Some(strokes) = self.flatten(&(place * path)) else { return };
-        // A stroke of no length is a dot, where its caps have an extent.
-        let dots = stroke.linecap() != usvg::LineCap::Butt;
-        self.draw(strokes.into_iter().filter(|s| s.len() > 1 || dots), color, Some(width), group, clips);
-    }
-
-    fn dashed(&mut self, path: BezPath, dashes: &[f32], offset: f32) -> BezPath {
-        let period: f64 = dashes.iter().map(|d| f64::from(*d)).sum();
-        // A dash of no length is a dot; kurbo needs some length to tell where.
-        let dashes: Vec<f64> = dashes.iter().map(|d| f64::from(*d).max(1e-6 * period)).collect();
-        if !(control_length(&path) / period * dashes.len() as f64 <= MAX_DASHES) {
-            self.note(Note::Dashes);
-            return path;
-        }
-        kurbo::dash(path.iter(), f64::from(offset), &dashes).collect()
-    }
-
-    fn fill(&mut self, p: &usvg::Path, path: &BezPath, place: Affine, group: usize, clips: &[Arc<Clip>], faint: bool) {
-        let Some(fill) = p.fill() else { return };
-        let stroked = p.stroke().is_some_and(|s| s.opacity().get() > 0.0);
-        match self.options.fill {
-            Fill::Outline if stroked => return,
-            Fill::Ignore => {
-                if !stroked {
-                    self.note(Note::Fill);
-                }
-                return;
-            }
-            _ => {}
-        }
-        let Some(color) = self.ink_color(fill.paint(), fill.opacity().get(), faint) else { return };
-        let Some(mut contours) = self.flatten(&(place * path)) else { return };
-        contours.retain(|c| c.len() > 2);
-        if let Fill::Hatch { spacing, angle } = self.options.fill {
-            let rule = fill_rule(fill.rule());
-            let outline = Outline::new(&contours, rule);
-            match hatch(&outline, rule, 1e3 * spacing, angle) {
-                Some(lines) if !lines.is_empty() => {
-                    let strokes = lines.into_iter().map(|l| l.to_vec());
-                    return self.draw(strokes, color, Some(1e3 * spacing), group, clips);
-                }
-                Some(_) => {}
-                None => self.note(Note::Hatch),
-            }
-            if stroked {
-                return;
-            }
-        }
-        let closed = contours.into_iter().map(|mut c| {
-            if c.first() != c.last() {
-                c.push(c[0]);
-            }
-            c
-        });
-        self.draw(closed, color, None, group, clips);
-    }
-
-    /// The ink for a paint; `None` where it leaves no mark.
-    fn ink_color(&mut self, paint: &usvg::Paint, opacity: f32, faint: bool) -> Option<Rgb> {
-        if opacity == 0.0 {
-            return None;
-        }
-        let color = match paint {
-            usvg::Paint::Color(c) => Rgb([c.red, c.green, c.blue]),
-            usvg::Paint::LinearGradient(g) => self.mean_color(g.stops())?,
-            usvg::Paint::RadialGradient(g) => self.mean_color(g.stops())?,
-            usvg::Paint::Pattern(_) => {
-                self.note(Note::Pattern);
-                return None;
-            }
-        };
-        if Some(color) == self.options.paper {
-            self.note(Note::Paper);
-            return None;
-        }
-        if faint || opacity < 1.0 {
-            self.note(Note::Opacity);
-        }
-        Some(color)
-    }
-
-    fn mean_color(&mut self, stops: &[usvg::Stop]) -> Option<Rgb> {
-        self.note(Note::Gradient);
-        let mean = |channel: fn(&usvg::Color) -> u8| {
-            let sum: f64 = stops.iter().map(|s| f64::from(channel(&s.color()))).sum();
-            (sum / stops.len() as f64).round() as u8
-        };
-        (!stops.is_empty()).then(|| Rgb([mean(|c| c.red), mean(|c| c.green), mean(|c| c.blue)]))
-    }
-
-    /// Polylines of a path on the sheet, mm; `None`, with a note, for what is too far away to be meant.
-    fn flatten(&mut self, path: &BezPath) -> Option<Vec<Vec<Point>>> {
-        let near = |p: &Point| p.x.abs() <= FARTHEST && p.y.abs() <= FARTHEST;
-        let all_near = path.elements().iter().all(|e| match e {
-            PathEl::MoveTo(p) | PathEl::LineTo(p) => near(p),
-            PathEl::QuadTo(p, q) => near(p) && near(q),
-            PathEl::CurveTo(p, q, r) => near(p) && near(q) && near(r),
-            PathEl::ClosePath => true,
-        });
-        if !all_near {
-            self.note(Note::Far);
-            return None;
-        }
-        // Segments of a flattened curve grow with the root of its length over the tolerance.
-        let curves = path.elements().iter().filter(|e| matches!(e, PathEl::QuadTo(..) | PathEl::CurveTo(..))).count();
-        let curved = curves as f64 * control_length(path) / self.tolerance;
-        self.points += path.elements().len() as f64 + curved.sqrt();
-        if self.points > MAX_POINTS {
-            return None;
-        }
-        let (mut strokes, mut current): (Vec<Vec<Point>>, Vec<Point>) = (Vec::new(), Vec::new());
-        let mut start = Point::ORIGIN;
-        let mut finish = |mut stroke: Vec<Point>, drawn: bool| {
-            stroke.dedup();
-            if drawn {
-                strokes.push(stroke);
-            }
-        };
-        let mut drawn = false;
-        kurbo::flatten(path.iter(), self.tolerance, |e| match e {
-            PathEl::MoveTo(p) => {
-                finish(std::mem::replace(&mut current, vec![p]), drawn);
-                (start, drawn) = (p, false);
-            }
-            PathEl::LineTo(p) => {
-                if current.is_empty() {
-                    current.push(start);
-                }
-                current.push(p);
-                drawn = true;
-            }
-            PathEl::ClosePath => {
-                current.push(start);
-                finish(std::mem::take(&mut current), true);
-                drawn = false;
-            }
-            // `flatten` makes straight elements only.
-            PathEl::QuadTo(..) | PathEl::CurveTo(..) => {}
-        });
-        finish(current, drawn);
-        Some(strokes)
-    }
-
-    /// Clips and keeps strokes.
-    fn draw(
-        &mut self,
-        strokes: impl Iterator<Item = Vec<Point>>,
-        color: Rgb,
-        width: Option<f64>,
-        group: usize,
-        clips: &[Arc<Clip>],
-    ) {
-        let mut kept = Vec::new();
-        for stroke in strokes {
-            for part in clip::clip_polyline(&stroke, clips) {
-                let Some(page) = &self.crop else {
-                    kept.push(part);
-                    continue;
-                };
-                let cut = clip::clip_polyline(&part, std::slice::from_ref(page));
-                if cut.len() != 1 || (length(&cut[0]) - length(&part)).abs() > 1e-3 {
-                    self.note(Note::Cropped);
-                }
-                kept.extend(cut);
-            }
-        }
-        if kept.is_empty() {
-            return;
-        }
-        let at = self.inks.iter().position(|i| i.group == group && i.color == color).unwrap_or_else(|| {
-            self.inks.push(Ink { group, color, strokes: Vec::new(), widths: Vec::new() });
-            self.inks.len() - 1
-        });
-        if let Some(w) = width {
-            self.inks[at].widths.push((w, kept.iter().map(|s| length(s)).sum()));
-        }
-        self.inks[at].strokes.append(&mut kept);
-    }
-
-    fn layers(self) -> Vec<InkLayer> {
-        let mut layers: Vec<(InkLayer, Vec<(f64, f64)>)> = Vec::new();
-        for ink in &self.inks {
-            let Rgb([r, g, b]) = ink.color;
-            let hex = format!("#{r:02x}{g:02x}{b:02x}");
-            let shared = self.inks.iter().filter(|i| i.group == ink.group).count() > 1;
-            let name = match &self.groups[ink.group] {
-                Some(group) if shared => format!("{group} {hex}"),
-                Some(group) => group.clone(),
-                None => hex.clone(),
-            };
-            let strokes = ink
-                .strokes
-                .iter()
-                .map(|s| Stroke { points: s.iter().map(|p| Point2::new(1e-3 * p.x, 1e-3 * p.y)).collect() });
-            match layers.iter_mut().find(|(l, _)| self.options.by_ink && l.color == ink.color) {
-                Some((layer, widths)) => {
-                    // Strokes of several groups with names of their own have the colour alone in common.
-                    if layer.name != name {
-                        layer.name = hex;
-                    }
-                    layer.strokes.extend(strokes);
-                    widths.extend(&ink.widths);
-                }
-                None => layers.push((
-                    InkLayer { name, color: ink.color, width_hint: None, strokes: strokes.collect() },
-                    ink.widths.clone(),
-                )),
-            }
-        }
-        let hinted = |(mut layer, widths): (InkLayer, Vec<(f64, f64)>)| {
-            layer.width_hint = median_by_length(widths).map(|w| 1e-3 * w);
-            layer
-        };
-        layers.into_iter().map(hinted).collect()
-    }
-}
-
-/// The width below and above which half of the length was drawn.
-fn median_by_length(mut widths: Vec<(f64, f64)>) -> Option<f64> {
-    widths.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half = 0.5 * widths.iter().map(|w| w.1).sum::<f64>();
-    let mut sum = 0.0;
-    widths
-        .iter()
-        .find(|w| {
-            sum += w.1;
-            sum >= half
-        })
-        .map(|w| w.0)
-}
-
-fn length(points: &[Point]) -> f64 {
-    points.windows(2).map(|w| (w[1] - w[0]).hypot()).sum()
-}
-
-/// Length of a path's control polygon, not less than that of the path.
-fn control_length(path: &BezPath) -> f64 {
-    let (mut sum, mut last, mut start) = (0.0, Point::ORIGIN, Point::ORIGIN);
-    let mut go = |p: Point, last: &mut Point| {
-        sum += (p - *last).hypot();
-        *last = p;
-    };
-    for e in path.elements() {
-        match *e {
-            PathEl::MoveTo(p) => (last, start) = (p, p),
-            PathEl::LineTo(p) => go(p, &mut last),
-            PathEl::QuadTo(p, q) => [p, q].into_iter().for_each(|p| go(p, &mut last)),
-            PathEl::CurveTo(p, q, r) => [p, q, r].into_iter().for_each(|p| go(p, &mut last)),
-            PathEl::ClosePath => go(start, &mut last),
-        }
-    }
-    sum
-}
-
-fn affine(t: usvg::Transform) -> Affine {
-    Affine::new([t.sx, t.ky, t.kx, t.sy, t.tx, t.ty].map(f64::from))
-}
-
-fn fill_rule(rule: usvg::FillRule) -> clip::FillRule {
-    match rule {
-        usvg::FillRule::NonZero => clip::FillRule::NonZero,
-        usvg::FillRule::EvenOdd => clip::FillRule::EvenOdd,
-    }
-}
-
-fn bez_path(data: &usvg::tiny_skia_path::Path) -> BezPath {
-    let point = |p: usvg::tiny_skia_path::Point| Point::new(f64::from(p.x), f64::from(p.y));
-    let mut path = BezPath::new();
-    for segment in data.segments() {
-        path.push(match segment {
-            PathSegment::MoveTo(p) => PathEl::MoveTo(point(p)),
-            PathSegment::LineTo(p) => PathEl::LineTo(point(p)),
-            PathSegment::QuadTo(p, q) => PathEl::QuadTo(point(p), point(q)),
-            PathSegment::CubicTo(p, q, r) => PathEl::CurveTo(point(p), point(q), point(r)),
-            PathSegment::Close => PathEl::ClosePath,
-        });
-    }
-    path
 }
