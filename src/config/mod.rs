@@ -68,7 +68,7 @@ pub fn line_of_key(text: &str, key: &str) -> usize {
                 fallback = i + 1;
             }
         } else if let Some((name, _)) = line.split_once('=') {
-            let name = name.trim().trim_matches('"');
+            let name = name.trim().trim_matches(['"', '\'']);
             if (current == table && name == leaf)
                 || (current.is_empty() && (name == key || name == table))
                 || format!("{current}.{name}") == key
@@ -91,7 +91,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 }
 
 /// Turns serde's "unknown field/variant" into a hint at the nearest known word.
-fn explain(message: &str) -> String {
+pub fn explain(message: &str) -> String {
     let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let kind = if message.starts_with("unknown field") {
         "key"

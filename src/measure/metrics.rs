@@ -1,0 +1,419 @@
+//! metrics.json as data: the contract that other programs read.
+//!
+//! A figure of a stage that did not run, or that can't be computed, is absent; it is never invented.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Everything measured in one run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+#[schemars(title = "Calamus metrics")]
+pub struct Metrics {
+    /// Version of this format: [`Metrics::SCHEMA`].
+    pub schema: u32,
+    /// Version of the program.
+    pub calamus_version: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Its seed.
+    pub seed: u64,
+    /// Digest of the final state and of the drawing: equal digests, equal runs to the last bit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+    /// The artwork.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drawing: Option<DrawingMetrics>,
+    /// The map from sheet to canvas.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<MappingMetrics>,
+    /// The plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plan: Option<PlanMetrics>,
+    /// The simulation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sim: Option<SimMetrics>,
+    /// Pen against canvas.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactMetrics>,
+    /// Drawn line against wished line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<LineMetrics>,
+    /// Shape of drawn grids.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeMetrics>,
+    /// Tool changes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool: Option<ToolMetrics>,
+    /// Picture against artwork.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub image: Option<ImageMetrics>,
+    /// The pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub render: Option<RenderMetrics>,
+}
+
+/// The artwork.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct DrawingMetrics {
+    /// Strokes.
+    pub strokes: usize,
+    /// Points of all strokes.
+    pub points: usize,
+    /// Length of all strokes on the sheet, m.
+    pub length_m: f64,
+    /// Inks.
+    pub inks: usize,
+    /// Wall-clock time of reading and tidying, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+}
+
+/// The map from sheet to canvas.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct MappingMetrics {
+    /// `projection` or `conformal`.
+    pub kind: String,
+    /// Mean error of angles between crossing lines, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_error_mean: Option<f64>,
+    /// 95th percentile of the same, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_error_p95: Option<f64>,
+    /// 5th percentile of area on the canvas by area on the sheet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_ratio_p05: Option<f64>,
+    /// 95th percentile of the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_ratio_p95: Option<f64>,
+    /// Largest relative error of a stroke's length.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_error_max: Option<f64>,
+    /// Wall-clock time of mapping, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+}
+
+/// A place that the robot can't draw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct PlanFailure {
+    /// Index of the layer.
+    pub layer: usize,
+    /// Index of the stroke in the layer.
+    pub stroke: usize,
+    /// Index of the target in the stroke, when one target is to blame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<usize>,
+    /// Why.
+    pub reason: String,
+}
+
+/// The plan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct PlanMetrics {
+    /// Share of the wished length that the robot can draw.
+    pub reachable_fraction: f64,
+    /// Largest change of a joint in one control step (1 ms), rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_joint_step_rad: Option<f64>,
+    /// Poses of the mobile base.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base_poses: Option<usize>,
+    /// Pen changes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_changes: Option<usize>,
+    /// Duration of the planned motion, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated_s: Option<f64>,
+    /// Places that can't be drawn.
+    pub failures: Vec<PlanFailure>,
+    /// Wall-clock time of planning, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+}
+
+/// The simulation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct SimMetrics {
+    /// `rapier` or `articulated`.
+    pub plant: String,
+    /// Physics steps.
+    pub steps: u64,
+    /// Simulated time, s.
+    pub simulated_s: f64,
+    /// Wall-clock time, s.
+    pub wall_s: f64,
+    /// Simulated by wall-clock time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub real_time_factor: Option<f64>,
+    /// Share of the drawing steps in which a torque or torque-rate limit cut the command.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saturated_fraction: Option<f64>,
+    /// Largest change of a joint in one step, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_joint_step_rad: Option<f64>,
+}
+
+/// Pen against canvas, over every physics step of every drawn stroke.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ContactMetrics {
+    /// Normal force that stiffness and press depth ask for, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_target_n: Option<f64>,
+    /// Mean normal force, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_mean_n: Option<f64>,
+    /// Standard deviation of the normal force, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_sd_n: Option<f64>,
+    /// Largest normal force, N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_max_n: Option<f64>,
+    /// Share of drawing steps with contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_fraction: Option<f64>,
+    /// Times that contact was lost within a stroke.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost_contacts: Option<u64>,
+    /// Steps with contact while the pen should have been up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pen_up_contact_steps: Option<u64>,
+}
+
+/// Drawn line against wished line, on the true surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct LineMetrics {
+    /// Mean distance of the ink from the wished line, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_mean_mm: Option<f64>,
+    /// 95th percentile of it, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_p95_mm: Option<f64>,
+    /// Largest, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_max_mm: Option<f64>,
+    /// Share of the wished length with ink within one line width.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<f64>,
+    /// Share of the inked length farther than one line width from any wished line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excess: Option<f64>,
+    /// Mean width of the inked line, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width_mean_mm: Option<f64>,
+    /// Length of the inked lines, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inked_length_m: Option<f64>,
+}
+
+/// Shape of drawn grids.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ShapeMetrics {
+    /// Mean deviation of the cells' aspect ratio from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aspect_deviation: Option<f64>,
+    /// Mean deviation of the cells' angles from 90 degrees, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deviation: Option<f64>,
+}
+
+/// Tool changes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ToolMetrics {
+    /// Attempts.
+    pub attempts: u64,
+    /// Successes.
+    pub successes: u64,
+    /// Pens dropped.
+    pub dropped: u64,
+    /// 95th percentile of the pen's position error in the hand, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose_error_mm_p95: Option<f64>,
+    /// 95th percentile of the pen's angle error in the hand, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose_error_deg_p95: Option<f64>,
+}
+
+/// Picture against artwork, both blurred to the pen's scale.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ImageMetrics {
+    /// Structural similarity; 1 is equal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ssim: Option<f64>,
+    /// Peak signal-to-noise ratio, dB.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub psnr_db: Option<f64>,
+}
+
+/// The pictures.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct RenderMetrics {
+    /// Resolution of drawing.png, pixels a millimetre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub px_per_mm: Option<f64>,
+    /// Names of the views that were rendered.
+    pub views: Vec<String>,
+    /// Why there are no views, when there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub views_absent: Option<String>,
+    /// Name of the graphics adapter that rendered the views.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adapter: Option<String>,
+    /// Wall-clock time of rendering, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+}
+
+impl Metrics {
+    /// Version of the format. It rises when a figure changes its meaning or goes; new figures don't raise it.
+    pub const SCHEMA: u32 = 1;
+
+    /// Figures of a run of which nothing is known yet.
+    pub fn new(scenario: &str, seed: u64) -> Self {
+        Self {
+            schema: Self::SCHEMA,
+            calamus_version: env!("CARGO_PKG_VERSION").into(),
+            scenario: scenario.into(),
+            seed,
+            ..Self::default()
+        }
+    }
+
+    /// The figure with a dotted path such as `line.error_mean_mm`; `None` where it is absent or isn't a number.
+    pub fn value(&self, path: &str) -> Option<f64> {
+        let json = serde_json::to_value(self).ok()?;
+        json.pointer(&format!("/{}", path.replace('.', "/")))?.as_f64()
+    }
+}
+
+/// A numeric figure of metrics.json, by its dotted path, and what it says in plain words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MetricPath {
+    /// As `line.error_mean_mm`.
+    pub path: &'static str,
+    /// Unit for people; empty for plain numbers.
+    pub unit: &'static str,
+    /// What it says.
+    pub meaning: &'static str,
+}
+
+const fn metric(path: &'static str, unit: &'static str, meaning: &'static str) -> MetricPath {
+    MetricPath { path, unit, meaning }
+}
+
+impl MetricPath {
+    /// Every numeric figure, in the order of metrics.json.
+    pub const ALL: &[MetricPath] = &[
+        metric("drawing.strokes", "", "pen strokes in the artwork"),
+        metric("drawing.points", "", "points of those strokes"),
+        metric("drawing.length_m", "m", "length of the artwork's lines on the flat sheet"),
+        metric("drawing.inks", "", "inks, each drawn with its own pen"),
+        metric("drawing.duration_s", "s", "time the computer took to read and tidy the artwork"),
+        metric("mapping.angle_error_mean", "deg", "how much the canvas skews right angles of the sheet, on average"),
+        metric("mapping.angle_error_p95", "deg", "the same; 95 % of the drawing is better than this"),
+        metric(
+            "mapping.area_ratio_p05",
+            "",
+            "area on the canvas by area on the sheet; 5 % of the drawing is below this",
+        ),
+        metric("mapping.area_ratio_p95", "", "the same; 95 % of the drawing is below this"),
+        metric("mapping.length_error_max", "", "largest relative change of a stroke's length"),
+        metric("mapping.duration_s", "s", "time the computer took to lay the drawing on the canvas"),
+        metric("plan.reachable_fraction", "", "share of the wished line that the robot can draw"),
+        metric("plan.max_joint_step_rad", "rad", "largest planned turn of a joint in one millisecond"),
+        metric("plan.base_poses", "", "places that the mobile base drives to"),
+        metric("plan.tool_changes", "", "pen changes"),
+        metric("plan.estimated_s", "s", "how long the drawing should take"),
+        metric("plan.duration_s", "s", "time the computer took to plan"),
+        metric("sim.steps", "", "physics steps of one millisecond"),
+        metric("sim.simulated_s", "s", "how long the robot was at work"),
+        metric("sim.wall_s", "s", "time the computer took to simulate it"),
+        metric("sim.real_time_factor", "", "robot's time by computer's time"),
+        metric("sim.saturated_fraction", "", "share of drawing steps in which a torque limit cut in"),
+        metric("sim.max_joint_step_rad", "rad", "largest turn of a joint in one millisecond, as simulated"),
+        metric("contact.force_target_n", "N", "force that stiffness and press depth ask for"),
+        metric("contact.force_mean_n", "N", "mean force of the pen on the canvas while drawing"),
+        metric("contact.force_sd_n", "N", "how much that force varies (standard deviation)"),
+        metric("contact.force_max_n", "N", "largest force of the pen on the canvas"),
+        metric("contact.contact_fraction", "", "share of the drawing time in which the pen touches"),
+        metric("contact.lost_contacts", "", "times the pen came off within a stroke"),
+        metric("contact.pen_up_contact_steps", "", "milliseconds in which the pen touched though it should be up"),
+        metric("line.error_mean_mm", "mm", "mean distance of the ink from the wished line"),
+        metric("line.error_p95_mm", "mm", "95 % of the ink is nearer to the wished line than this"),
+        metric("line.error_max_mm", "mm", "largest distance of ink from the wished line"),
+        metric("line.coverage", "", "share of the wished line that got ink within one line width"),
+        metric("line.excess", "", "share of the ink farther than one line width from any wished line"),
+        metric("line.width_mean_mm", "mm", "mean width of the drawn line"),
+        metric("line.inked_length_m", "m", "length of the drawn lines"),
+        metric("shape.aspect_deviation", "", "how far drawn grid cells are from square, on average"),
+        metric("shape.angle_deviation", "deg", "how far their corners are from right angles, on average"),
+        metric("tool.attempts", "", "pen changes tried by the robot"),
+        metric("tool.successes", "", "pen changes that worked"),
+        metric("tool.dropped", "", "pens dropped"),
+        metric("tool.pose_error_mm_p95", "mm", "how far a fetched pen sits from its place; 95 % are better"),
+        metric("tool.pose_error_deg_p95", "deg", "how far a fetched pen leans; 95 % are better"),
+        metric("image.ssim", "", "likeness of picture and artwork; 1 is equal"),
+        metric("image.psnr_db", "dB", "peak signal-to-noise ratio of picture against artwork"),
+        metric("render.px_per_mm", "px/mm", "resolution of drawing.png"),
+        metric("render.duration_s", "s", "time the computer took to make the pictures"),
+    ];
+
+    /// The figure with that path.
+    pub fn find(path: &str) -> Option<&'static MetricPath> {
+        Self::ALL.iter().find(|m| m.path == path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Dotted paths of every number in the schema of [`Metrics`].
+    fn numbers(schema: &serde_json::Value) -> Vec<String> {
+        let is_number = |p: &serde_json::Value| {
+            let text = p["type"].to_string();
+            text.contains("\"number\"") || text.contains("\"integer\"")
+        };
+        let mut paths = Vec::new();
+        for (section, property) in schema["properties"].as_object().unwrap() {
+            let text = property.to_string();
+            let Some(name) = text.split("#/$defs/").nth(1).and_then(|t| t.split('"').next()) else { continue };
+            for (leaf, property) in schema["$defs"][name]["properties"].as_object().unwrap() {
+                if is_number(property) {
+                    paths.push(format!("{section}.{leaf}"));
+                }
+            }
+        }
+        paths.sort();
+        paths
+    }
+
+    #[test]
+    fn every_number_is_explained_and_nothing_else() {
+        let schema = schemars::schema_for!(Metrics).to_value();
+        let mut explained: Vec<String> = MetricPath::ALL.iter().map(|m| m.path.to_string()).collect();
+        explained.sort();
+        assert_eq!(explained, numbers(&schema));
+    }
+
+    #[test]
+    fn what_did_not_run_is_absent() {
+        let json = serde_json::to_string(&Metrics::new("x", 1)).unwrap();
+        assert!(!json.contains("null") && !json.contains("line"), "{json}");
+        let line = LineMetrics { error_mean_mm: Some(0.1), ..LineMetrics::default() };
+        let metrics = Metrics { line: Some(line), ..Metrics::new("x", 1) };
+        assert_eq!(metrics.value("line.error_mean_mm"), Some(0.1));
+        assert_eq!(metrics.value("line.coverage"), None);
+        assert_eq!(serde_json::from_str::<Metrics>(&serde_json::to_string(&metrics).unwrap()).unwrap(), metrics);
+    }
+}

@@ -1,0 +1,186 @@
+//! The sections of a scenario that mean what they say: every field has a default, none needs resolving.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What becomes of the filled areas of an SVG.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fill {
+    /// The pen draws their outline.
+    #[default]
+    Outline,
+    /// They are left out.
+    Ignore,
+    /// The pen draws their outline and hatches them.
+    Hatch,
+}
+
+/// How the sheet is laid on the canvas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MappingKind {
+    /// Straight along the sheet's normal.
+    #[default]
+    Projection,
+}
+
+/// What the robot knows of the canvas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BeliefKind {
+    /// Its nominal mesh.
+    #[default]
+    Mesh,
+}
+
+/// What integrates the arm's dynamics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Plant {
+    /// rapier's reduced-coordinate multibody.
+    #[default]
+    Rapier,
+    /// Calamus's own articulated-body integrator: faster, and independent of rapier.
+    Articulated,
+}
+
+/// `[plan]`: how strokes become joint motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlanSettings {
+    /// Share of each joint's speed limit that may be used, in (0, 1].
+    pub joint_speed_fraction: f64,
+    /// Largest joint acceleration, rad/s2.
+    pub joint_acceleration_rad_s2: f64,
+    /// Largest joint jerk, rad/s3.
+    pub joint_jerk_rad_s3: f64,
+    /// Largest acceleration of the pen along its path, mm/s2.
+    pub acceleration_mm_s2: f64,
+    /// Height of the nib above the canvas when it is lifted, mm.
+    pub hover_mm: f64,
+    /// Largest distance between two neighbouring targets on the canvas, mm.
+    pub step_mm: f64,
+    /// Draw what can be reached when not everything can.
+    pub partial: bool,
+}
+
+impl Default for PlanSettings {
+    fn default() -> Self {
+        Self {
+            joint_speed_fraction: 0.2,
+            joint_acceleration_rad_s2: 2.0,
+            joint_jerk_rad_s3: 40.0,
+            acceleration_mm_s2: 500.0,
+            hover_mm: 15.0,
+            step_mm: 1.0,
+            partial: false,
+        }
+    }
+}
+
+/// `[control]`: the impedance law and the speed of the pen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ControlSettings {
+    /// Translational stiffness in the pen frame, N/m; z is the pen axis.
+    pub stiffness_n_m: [f64; 3],
+    /// Rotational stiffness in the pen frame, N m/rad.
+    pub stiffness_nm_rad: [f64; 3],
+    /// Damping ratio of the designed impedance; 1 is critical.
+    pub damping_ratio: f64,
+    /// Speed of the pen while drawing, mm/s.
+    pub speed_mm_s: f64,
+    /// Speed of the pen while it comes down and goes up, mm/s.
+    pub approach_speed_mm_s: f64,
+    /// Stiffness of the posture in the nullspace, N m/rad.
+    pub nullspace_stiffness_nm_rad: f64,
+    /// Damping ratio of the posture in the nullspace.
+    pub nullspace_damping_ratio: f64,
+    /// Add the joint friction that the model expects to the torques.
+    pub friction_feedforward: bool,
+    /// Standard deviation of the noise on measured joint torques, N m.
+    pub torque_noise_nm: f64,
+    /// Age of the state that the law sees, ms.
+    pub delay_ms: f64,
+    /// Largest change of a commanded torque, N m each ms.
+    pub torque_rate_nm_ms: f64,
+}
+
+impl Default for ControlSettings {
+    fn default() -> Self {
+        Self {
+            stiffness_n_m: [1500.0, 1500.0, 350.0],
+            stiffness_nm_rad: [300.0, 300.0, 300.0],
+            damping_ratio: 0.7,
+            speed_mm_s: 40.0,
+            approach_speed_mm_s: 50.0,
+            nullspace_stiffness_nm_rad: 20.0,
+            nullspace_damping_ratio: 0.7,
+            friction_feedforward: true,
+            torque_noise_nm: 0.0,
+            delay_ms: 0.0,
+            torque_rate_nm_ms: 1.0,
+        }
+    }
+}
+
+/// `[sim]`: the plant and what is kept of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SimSettings {
+    /// What integrates the dynamics.
+    pub plant: Plant,
+    /// Samples kept a simulated second, Hz; at most 1000, the rate of the physics.
+    pub record_hz: f64,
+}
+
+impl Default for SimSettings {
+    fn default() -> Self {
+        Self { plant: Plant::Rapier, record_hz: 100.0 }
+    }
+}
+
+/// Names of the views that need no `[[render.camera]]`.
+pub const VIEWS: [&str; 2] = ["hero", "front"];
+
+/// `[render]`: pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RenderSettings {
+    /// Longest side of drawing.png, pixels.
+    pub drawing_px: u32,
+    /// Views of the scene to render, each to `view-NAME.png`: `hero`, `front`, or the name of a camera below.
+    pub views: Vec<String>,
+    /// Width and height of the views, pixels.
+    pub view_px: [u32; 2],
+    /// Cameras of one's own; each is rendered.
+    #[serde(rename = "camera", skip_serializing_if = "Vec::is_empty")]
+    pub cameras: Vec<Camera>,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self { drawing_px: 4096, views: VIEWS.map(str::to_string).to_vec(), view_px: [1600, 1200], cameras: Vec::new() }
+    }
+}
+
+/// `[[render.camera]]`: a view from a place of one's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Name; the picture is `view-NAME.png`.
+    pub name: String,
+    /// Where the eye is, mm, world.
+    pub eye_mm: [f64; 3],
+    /// What it looks at, mm, world.
+    pub target_mm: [f64; 3],
+    /// Vertical angle of view, degrees.
+    #[serde(default = "Camera::default_fov_deg")]
+    pub fov_deg: f64,
+}
+
+impl Camera {
+    fn default_fov_deg() -> f64 {
+        35.0
+    }
+}
