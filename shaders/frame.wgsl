@@ -1,0 +1,60 @@
+// What every pass knows: the camera, the lights and where their shadow layers lie. Prepended to the other shaders.
+// World: z up, m. View: x right, y up, z towards the viewer, m. Colours are linear.
+
+const KEY_LAYERS: u32 = 32u;
+const DOME_LAYERS: u32 = 48u;
+
+struct Frame {
+    clip_from_world: mat4x4<f32>,
+    view_from_world: mat4x4<f32>,
+    // xyz: eye in the world; w: tangent of half the vertical field of view
+    eye: vec4<f32>,
+    // width, height (px), aspect, near distance (m)
+    screen: vec4<f32>,
+    // xyz: unit direction to the key light; w: edge of a key shadow texel, m
+    key: vec4<f32>,
+    // xyz: unit direction to the fill light; w: edge of a dome shadow texel, m
+    fill: vec4<f32>,
+    // xy: where the floor is lit brightest, z: its height (m), w: radius at which it has faded into the background (m)
+    ground: vec4<f32>,
+    // x: radius of the screen-space occlusion, m
+    occlusion: vec4<f32>,
+}
+
+// A shadow layer as three rows: dot(row, (p, 1)) gives u, v and depth, all 0..1; w of `toward` is the weight.
+struct Layer {
+    u: vec4<f32>,
+    v: vec4<f32>,
+    depth: vec4<f32>,
+    toward: vec4<f32>,
+}
+
+struct Lights {
+    key: array<Layer, 32>,
+    dome: array<Layer, 48>,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {
+    return select(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, c <= vec3(0.04045));
+}
+
+fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
+    return select(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, c <= vec3(0.0031308));
+}
+
+// The seamless paper background, by the height of the view ray: light below, lightest at the horizon, a cool grey above.
+fn background(ray: vec3<f32>) -> vec3<f32> {
+    let below = vec3(0.700, 0.695, 0.685);
+    let horizon = vec3(0.800, 0.805, 0.810);
+    let above = vec3(0.560, 0.590, 0.630);
+    let up = smoothstep(0.0, 0.75, ray.z);
+    let down = smoothstep(0.0, 0.7, -ray.z);
+    return mix(mix(horizon, above, up), below, down);
+}
+
+// A full-screen triangle.
+fn screen_corner(index: u32) -> vec2<f32> {
+    return vec2(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0);
+}

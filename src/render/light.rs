@@ -1,0 +1,181 @@
+//! Where the studio's light comes from, and the shadow layers that sample it.
+//!
+//! The key light is an area: 32 points of a disc, each with its own shadow layer, whose mean is the soft shadow itself,
+//! sharp where things touch and wide where they are far. The sky is 48 directions over the upper half space.
+use std::f64::consts::TAU;
+
+use bytemuck::{Pod, Zeroable};
+use nalgebra::{Point3, Vector3};
+
+/// Shadow layers of the key light.
+pub(super) const KEY_LAYERS: usize = 32;
+/// Shadow layers of the sky.
+pub(super) const DOME_LAYERS: usize = 48;
+/// Edge of a key layer, texels.
+pub(super) const KEY_SIZE: u32 = 1024;
+/// Edge of a sky layer, texels.
+pub(super) const DOME_SIZE: u32 = 384;
+/// Radius of the key light seen from the scene, as the tangent of its angle.
+const KEY_RADIUS: f64 = 0.075;
+
+/// Rows that lead from the world to a layer's u, v and depth (0..=1), and the direction to the light with its weight.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Layer {
+    u: [f32; 4],
+    v: [f32; 4],
+    depth: [f32; 4],
+    toward: [f32; 4],
+}
+
+/// All layers, as the shaders read them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Lights {
+    pub key: [Layer; KEY_LAYERS],
+    pub dome: [Layer; DOME_LAYERS],
+}
+
+/// The lights of one scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lighting {
+    /// Layers.
+    pub lights: Lights,
+    /// Edge of a key texel, m.
+    pub key_texel: f64,
+    /// Edge of the coarsest sky texel, m.
+    pub dome_texel: f64,
+}
+
+/// Unit direction to the key light: high, over the viewer's left shoulder in the front view of a robot that faces +x.
+pub(super) fn key_direction() -> Vector3<f64> {
+    Vector3::new(0.50, -0.42, 1.0).normalize()
+}
+
+/// Unit direction to the fill light.
+pub(super) fn fill_direction() -> Vector3<f64> {
+    Vector3::new(0.35, 0.85, 0.35).normalize()
+}
+
+impl Lighting {
+    /// Layers that just hold all `casters` (m, world).
+    pub fn around(casters: &[Point3<f32>]) -> Self {
+        let l = key_direction();
+        let (x, y) = axes(&l);
+        let (_, depth) = extent(casters, |p| -p.dot(&l), 0.0, |_| 0.0);
+        let middle = -0.5 * (depth[0] + depth[1]);
+        let spread = |p: &Vector3<f64>| KEY_RADIUS * (p.dot(&l) - middle).abs();
+        let (_, across) = extent(casters, |p| p.dot(&x), 2.5 / f64::from(KEY_SIZE), spread);
+        let (_, along) = extent(casters, |p| p.dot(&y), 2.5 / f64::from(KEY_SIZE), spread);
+        let key = std::array::from_fn(|i| {
+            let [sx, sy] = disc(i).map(|c| c * KEY_RADIUS);
+            layer(
+                (x - l * sx, middle * sx, across),
+                (y - l * sy, middle * sy, along),
+                (-l, depth),
+                (l + x * sx + y * sy).normalize(),
+            )
+        });
+        let mut dome_texel = 0.0f64;
+        let dome = std::array::from_fn(|i| {
+            let l = sky(i);
+            let (x, y) = axes(&l);
+            let margin = 6.0 / f64::from(DOME_SIZE);
+            let (width, across) = extent(casters, |p| p.dot(&x), margin, |_| 0.0);
+            let (height, along) = extent(casters, |p| p.dot(&y), margin, |_| 0.0);
+            let (_, depth) = extent(casters, |p| -p.dot(&l), 0.0, |_| 0.0);
+            dome_texel = dome_texel.max(width.max(height) / f64::from(DOME_SIZE));
+            layer((x, 0.0, across), (y, 0.0, along), (-l, depth), l)
+        });
+        let key_texel = (across[1] - across[0]).max(along[1] - along[0]) / f64::from(KEY_SIZE);
+        Lighting { lights: Lights { key, dome }, key_texel, dome_texel }
+    }
+}
+
+/// Smallest and largest value over the casters, each pushed out by its `spread`, then both by a share of the whole.
+fn extent(
+    casters: &[Point3<f32>],
+    value: impl Fn(&Vector3<f64>) -> f64,
+    margin: f64,
+    spread: impl Fn(&Vector3<f64>) -> f64,
+) -> (f64, [f64; 2]) {
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in casters {
+        let p = p.coords.cast::<f64>();
+        let (at, s) = (value(&p), spread(&p));
+        lo = lo.min(at - s);
+        hi = hi.max(at + s);
+    }
+    if lo > hi {
+        (lo, hi) = (-1.0, 1.0);
+    }
+    let more = margin * (hi - lo) + 1e-4;
+    (hi - lo + 2.0 * more, [lo - more, hi + more])
+}
+
+fn layer(
+    u: (Vector3<f64>, f64, [f64; 2]),
+    v: (Vector3<f64>, f64, [f64; 2]),
+    depth: (Vector3<f64>, [f64; 2]),
+    toward: Vector3<f64>,
+) -> Layer {
+    let row = |(a, shift, [lo, hi]): (Vector3<f64>, f64, [f64; 2])| {
+        let s = 1.0 / (hi - lo);
+        [a.x * s, a.y * s, a.z * s, (shift - lo) * s].map(|c| c as f32)
+    };
+    Layer {
+        u: row(u),
+        v: row(v),
+        depth: row((depth.0, 0.0, depth.1)),
+        toward: [toward.x as f32, toward.y as f32, toward.z as f32, 1.0],
+    }
+}
+
+fn axes(l: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let x = if l.z.abs() < 0.99 { Vector3::z().cross(l) } else { Vector3::y().cross(l) }.normalize();
+    (x, l.cross(&x))
+}
+
+/// Point `i` of the key light's unit disc: a golden-angle spiral, dealt so that the first eight span the whole disc.
+fn disc(i: usize) -> [f64; 2] {
+    let order = (i % 8) * (KEY_LAYERS / 8) + (KEY_LAYERS / 8 - 1 - i / 8);
+    let r = ((order as f64 + 0.5) / KEY_LAYERS as f64).sqrt();
+    let (s, c) = (order as f64 * TAU * 0.618_033_988_75).sin_cos();
+    [r * c, r * s]
+}
+
+/// Direction `i` of the sky: a golden-angle spiral of equal solid angles.
+fn sky(i: usize) -> Vector3<f64> {
+    let z = (i as f64 + 0.5) / DOME_LAYERS as f64;
+    let (s, c) = (i as f64 * TAU * 0.618_033_988_75).sin_cos();
+    let r = (1.0 - z * z).sqrt();
+    Vector3::new(r * c, r * s, z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_layer_holds_every_caster() {
+        let casters: Vec<Point3<f32>> =
+            (0..8).map(|i| Point3::new((i & 1) as f32, (i >> 1 & 1) as f32 * 0.4, (i >> 2) as f32 * 1.3)).collect();
+        let lighting = Lighting::around(&casters);
+        for layer in lighting.lights.key.iter().chain(&lighting.lights.dome) {
+            for p in &casters {
+                for row in [layer.u, layer.v, layer.depth] {
+                    let at = row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3];
+                    assert!((0.0..=1.0).contains(&at), "{at}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_points_span_the_light() {
+        let r: Vec<f64> = (0..8).map(|i| disc(i)[0].hypot(disc(i)[1])).collect();
+        assert!(r.iter().any(|r| *r < 0.4) && r.iter().filter(|r| **r > 0.7).count() >= 3, "{r:?}");
+        let all: std::collections::BTreeSet<u64> = (0..KEY_LAYERS).map(|i| disc(i)[0].to_bits()).collect();
+        assert_eq!(all.len(), KEY_LAYERS);
+    }
+}
