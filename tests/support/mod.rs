@@ -1,0 +1,118 @@
+//! What several tests of the physics need: the robot, exact inverse kinematics, and plans written by hand.
+#![allow(dead_code)]
+use calamus::control::{ImpedanceController, ImpedanceOptions};
+use calamus::ink::PenModel;
+use calamus::math::{Pose, Rgb, frame_from_axes, rotation_vector};
+use calamus::mesh::TriMesh;
+use calamus::plan::{ArmPlan, Knot, Plan, Segment, SegmentKind, Trajectory};
+use calamus::robot::{ArmModel, JointVector};
+use calamus::surface::{Canvas, Mapping, SheetFrame, TrueCanvas};
+use calamus::twin::{LayerPen, Record, Surroundings, TwinArm, TwinOptions, simulate};
+use nalgebra::{Point2, Point3, Vector3, Vector6};
+
+/// Exact inverse kinematics by Newton's method with the least joint motion from `q0`.
+pub fn inverse_kinematics(arm: &ArmModel, target: &Pose, q0: &JointVector) -> JointVector {
+    let mut q = *q0;
+    for _ in 0..100 {
+        let k = arm.kinematics(&q);
+        let tip = k.world_from_tip();
+        let p = target.translation.vector - tip.translation.vector;
+        let r = rotation_vector(&(target.rotation * tip.rotation.inverse()));
+        let error = Vector6::new(p.x, p.y, p.z, r.x, r.y, r.z);
+        if error.norm() < 1e-13 {
+            break;
+        }
+        let j = k.jacobian();
+        let a = j * j.transpose();
+        q += j.transpose() * a.lu().solve(&error).expect("the pose is not singular");
+    }
+    q
+}
+
+/// The pen at `p` with its axis along `axis`, turned as near to `x_hint` as can be.
+pub fn pen_pose(p: Point3<f64>, axis: Vector3<f64>) -> Pose {
+    Pose::from_parts(p.coords.into(), frame_from_axes(&axis, &-Vector3::x()))
+}
+
+/// A segment whose tip follows `pose(t)`, by inverse kinematics every 4 ms.
+pub fn follow(
+    arm: &ArmModel,
+    q0: &JointVector,
+    kind: SegmentKind,
+    start: f64,
+    duration: f64,
+    pose: impl Fn(f64) -> Pose,
+) -> Segment {
+    let n = (duration / 0.004).round() as usize;
+    let h = 1e-3;
+    let mut q = *q0;
+    let knots = (0..=n)
+        .map(|i| {
+            let t = duration * i as f64 / n as f64;
+            q = inverse_kinematics(arm, &pose(t), &q);
+            let (a, b) = (inverse_kinematics(arm, &pose(t - h), &q), inverse_kinematics(arm, &pose(t + h), &q));
+            Knot { time: t, q, qd: (b - a) / (2.0 * h), qdd: (a + b - q * 2.0) / (h * h) }
+        })
+        .collect();
+    let stroke = (kind != SegmentKind::Travel).then_some(0);
+    Segment { kind, layer: 0, stroke, start, trajectory: Trajectory::new(knots) }
+}
+
+/// Sheet coordinates that are world x and y.
+pub struct FromAbove;
+
+impl Mapping for FromAbove {
+    fn to_surface(&self, _: &Point2<f64>) -> Option<calamus::mesh::SurfacePoint> {
+        None
+    }
+    fn to_sheet(&self, p: &Point3<f64>) -> Option<Point2<f64>> {
+        Some(Point2::new(p.x, p.y))
+    }
+    fn kind(&self) -> &'static str {
+        "above"
+    }
+}
+
+/// A true canvas without a sheet.
+pub fn canvas(mesh: TriMesh) -> TrueCanvas {
+    TrueCanvas(Canvas { name: "test".into(), mesh, sheet: SheetFrame { world_from_sheet: Pose::identity() } })
+}
+
+/// Runs hand-written segments on a true arm (which the controller may believe to be another).
+pub fn run(
+    truth: &ArmModel,
+    belief: &ArmModel,
+    control: ImpedanceOptions,
+    start: JointVector,
+    segments: Vec<Segment>,
+    canvas: &TrueCanvas,
+    options: &TwinOptions,
+) -> Record {
+    let pen = PenModel::named("fineliner_08").expect("a known pen");
+    let arm = TwinArm {
+        model: truth.clone(),
+        drawing_force: control.stiffness[2] * 0.003,
+        controller: ImpedanceController::new(belief.clone(), control),
+        start,
+    };
+    let plan = Plan { arms: vec![ArmPlan { arm: 0, segments }] };
+    let pens = [LayerPen { pen, ink: "black".into() }];
+    let world = Surroundings { canvas, friction: 1.0, mapping: &FromAbove, pens: &pens };
+    simulate(vec![arm], &plan, &world, &[Rgb([0, 0, 0])], options, &mut |_| ()).expect("the simulation runs")
+}
+
+/// A smooth rise from 0 to 1 over `[0, 1]` with no speed or acceleration at its ends.
+pub fn smooth(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * t * (10.0 + t * (-15.0 + 6.0 * t))
+}
+
+include!("/tmp/iiwa_literal.rs");
+/// The drawing iiwa and a comfortable posture with the pen pointing down.
+pub fn iiwa() -> (ArmModel, JointVector) {
+    let mut q = JointVector::zeros();
+    for (i, d) in [0.0f64, 40.0, 0.0, -80.0, 0.0, 60.0, 0.0].iter().enumerate() {
+        q[i] = d.to_radians();
+    }
+    (iiwa_lit(), q)
+}
