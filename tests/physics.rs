@@ -1,14 +1,14 @@
 //! The physics that every picture rests on: forces, contact, impedance, and rapier against the robot's own model.
 mod support;
 
-use calamus::control::{ImpedanceController, ImpedanceOptions, MeasuredState, Reference, design_damping};
+use calamus::control::{ImpedanceController, ImpedanceOptions, Reference, design_damping};
 use calamus::math::Pose;
-use calamus::mesh::TriMesh;
+use calamus::mesh::{TriMesh, shapes};
 use calamus::plan::SegmentKind;
 use calamus::robot::{ArmModel, JointVector};
-use calamus::twin::{ArticulatedPlant, Plant, PlantKind, RapierPlant, TipForce, TwinOptions};
+use calamus::twin::{ArticulatedPlant, EventKind, Plant, RapierPlant, Record, TipForce, TwinOptions};
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3, Vector6};
-use support::{FromAbove, canvas, follow, iiwa, inverse_kinematics, pen_pose, run, smooth};
+use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, smooth};
 
 /// Surface height of the test plane, m.
 const TABLE: f64 = 0.45;
@@ -183,8 +183,133 @@ fn a_known_weight_on_the_tip_presses_with_its_weight() {
     let q = inverse_kinematics(&belief, &above(0.6, 0.0, 1e-4), &q0);
     let stand = follow(&belief, &q, SegmentKind::Draw, 0.0, 4.0, |_| above(0.6, 0.0, 0.0));
     let record = run(&truth, &belief, free, q, vec![stand], &canvas(table()), &TwinOptions::default());
-    for s in record.arms[0].samples.iter().step_by(20) {
-    }
+    for s in record.arms[0].samples.iter().step_by(20) {}
     let force = record.arms[0].samples.last().unwrap().normal_force;
     assert!((force / (m * 9.81) - 1.0).abs() < 0.01, "{force} N for {} N", m * 9.81);
+}
+
+/// Presses and draws on a surface: from 5 mm above it down to 3 mm under it within 0.6 s, a second and a half of rest, then
+/// along `line(s)` (contact point and normal) for `length` m at 20 mm/s.
+fn press_and_draw(
+    mesh: TriMesh,
+    seed: JointVector,
+    length: f64,
+    line: impl Fn(f64) -> (Point3<f64>, Vector3<f64>),
+) -> Record {
+    let (arm, _) = iiwa();
+    let pose = |s: f64, height: f64| {
+        let (p, n) = line(s);
+        pen_pose(p + n * height, -n)
+    };
+    let q = inverse_kinematics(&arm, &pose(0.0, 0.005), &seed);
+    let press = follow(&arm, &q, SegmentKind::Press, 0.0, 2.1, |t| pose(0.0, 0.005 - 0.008 * smooth(t / 0.6)));
+    let at = inverse_kinematics(&arm, &pose(0.0, -0.003), &q);
+    let time = length / 0.02;
+    let draw = follow(&arm, &at, SegmentKind::Draw, press.end(), time, |t| pose(length * ramp(t / time), -0.003));
+    run(&arm, &arm, ImpedanceOptions::default(), q, vec![press, draw], &canvas(mesh), &TwinOptions::default())
+}
+
+/// From 0 to 1 at constant speed but for smooth ends.
+fn ramp(t: f64) -> f64 {
+    let (t, e) = (t.clamp(0.0, 1.0), 0.1);
+    let v = 1.0 / (1.0 - e);
+    let foot = |t: f64| v * e * ((t / e).powi(3) - 0.5 * (t / e).powi(4));
+    if t < e {
+        foot(t)
+    } else if t > 1.0 - e {
+        1.0 - foot(1.0 - t)
+    } else {
+        v * (t - 0.5 * e)
+    }
+}
+
+fn plane_record() -> Record {
+    let (_, seed) = iiwa();
+    press_and_draw(table(), seed, 0.1, |s| (Point3::new(0.6, s - 0.05, TABLE), Vector3::z()))
+}
+
+/// A dome of 150 mm radius and 5 mm triangles, drawn on over its top.
+fn dome_record() -> Record {
+    let (_, seed) = iiwa();
+    let dome = shapes::dome(0.15, 0.005).unwrap().transformed(&Pose::translation(0.6, 0.0, TABLE - 0.15));
+    press_and_draw(dome, seed, 0.12, |s| {
+        let a = (s - 0.06) / 0.15;
+        let n = Vector3::new(0.1, a.sin(), a.cos()).normalize();
+        (Point3::new(0.6, 0.0, TABLE - 0.15) + n * 0.15, n)
+    })
+}
+
+/// An upright column of 250 mm radius, drawn on across its front.
+fn column_record() -> Record {
+    let column = shapes::cylinder(0.25, 0.5, 0.005).unwrap().transformed(&Pose::translation(0.95, 0.0, 0.65));
+    press_and_draw(column, posture([0.0, 10.0, 0.0, -100.0, 0.0, -20.0, 0.0]), 0.1, |s| {
+        let a = (s - 0.05) / 0.25;
+        let n = Vector3::new(-a.cos(), a.sin(), 0.0);
+        (Point3::new(0.95, 0.0, 0.9) + n * 0.25, n)
+    })
+}
+
+#[test]
+fn pressing_by_delta_gives_k_delta() {
+    for (name, record) in [("plane", plane_record()), ("dome", dome_record()), ("column", column_record())] {
+        // the last instant of the rest before drawing
+        let rest = record.arms[0].samples.iter().rfind(|s| s.segment == SegmentKind::Press).unwrap();
+        let wished = 350.0 * 0.003;
+        assert!((rest.normal_force / wished - 1.0).abs() < 0.03, "{name}: {} N for {wished} N", rest.normal_force);
+    }
+}
+
+#[test]
+fn force_is_steady_and_never_lost_while_drawing() {
+    for (name, record, bound) in
+        [("plane", plane_record(), 0.05), ("dome", dome_record(), 0.12), ("column", column_record(), 0.12)]
+    {
+        let stroke = &record.arms[0].strokes[0];
+        let spread = stroke.force.sd() / stroke.force.mean;
+        assert!(spread < bound, "{name}: spread {spread:.4}");
+        assert_eq!((stroke.contact_steps, stroke.lost_contacts), (stroke.steps, 0), "{name}");
+        assert!(stroke.steps > 4900, "{name}: {} steps", stroke.steps);
+        assert_eq!(stroke.saturated_steps, 0, "{name}");
+    }
+}
+
+#[test]
+fn ink_lies_where_the_pen_pressed() {
+    let record = plane_record();
+    let line = record.ink.strokes.iter().max_by(|a, b| a.length().total_cmp(&b.length())).unwrap();
+    assert!((line.length() - 0.1).abs() < 1e-3, "{} m of ink", line.length());
+    for p in &line.points {
+        assert!((p.position.x - 0.6).abs() < 2e-4 && (p.position.z - TABLE).abs() < 1e-9, "{}", p.position);
+    }
+    assert_eq!(record.arms[0].pen_up_contact_steps, 0);
+}
+
+/// Comes down at 100 mm/s, is still that fast at the surface, brakes within half a millimetre and presses on slowly.
+#[test]
+fn landing_at_100_mm_s_stays_under_15_newton() {
+    let (arm, seed) = iiwa();
+    let (speed, brake) = (0.1, 14.0);
+    let (t_touch, t_stop) = (0.4, 0.4 + speed / brake);
+    // speeds up over 0.2 s, cruises 0.2 s, brakes from the surface on
+    let height = |t: f64| {
+        if t < 0.2 {
+            0.03 - speed * 0.2 * ((t / 0.2).powi(3) - 0.5 * (t / 0.2).powi(4))
+        } else if t < t_touch {
+            speed * (t_touch - t)
+        } else {
+            let u = t.min(t_stop) - t_touch;
+            let stopped = speed * u - 0.5 * brake * u * u;
+            -stopped - (0.003 - 0.5 * speed * speed / brake) * smooth((t - t_stop) / 0.5)
+        }
+    };
+    let q = inverse_kinematics(&arm, &above(0.6, 0.0, 0.03), &seed);
+    let land = follow(&arm, &q, SegmentKind::Press, 0.0, 1.4, |t| above(0.6, 0.0, height(t)));
+    let record = run(&arm, &arm, ImpedanceOptions::default(), q, vec![land], &canvas(table()), &TwinOptions::default());
+    let touch = record.events.iter().find(|e| e.kind == EventKind::Touch).unwrap().time;
+    let samples = &record.arms[0].samples;
+    let before = samples.iter().rposition(|s| s.time < touch).unwrap();
+    let at = |i: usize| samples[i].tip.z;
+    let landing_speed = (at(before - 1) - at(before)) / 0.01;
+    assert!(landing_speed > 0.09, "landed at {landing_speed} m/s");
+    assert!(record.arms[0].max_force < 15.0, "peak {} N", record.arms[0].max_force);
 }

@@ -5,7 +5,9 @@
 #[non_exhaustive]
 pub enum RenderError {
     /// There is no graphics adapter, not even a software one.
-    #[error("no graphics adapter: for 3D views install a software driver (Debian: apt-get install mesa-vulkan-drivers)")]
+    #[error(
+        "no graphics adapter: for 3D views install a software driver (Debian: apt-get install mesa-vulkan-drivers)"
+    )]
     NoAdapter,
     /// The adapter refused to work.
     #[error("the graphics adapter failed: {0}")]

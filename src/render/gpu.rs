@@ -36,8 +36,8 @@ impl Gpu {
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| RenderError::Device(e.to_string()))?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| RenderError::Device(e.to_string()))?;
         let failure = Arc::new(Mutex::new(None));
         let seen = Arc::clone(&failure);
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
@@ -71,7 +71,14 @@ impl Gpu {
     }
 
     /// A texture to render into and to read in later passes.
-    pub fn target(&self, label: &str, size: [u32; 2], layers: u32, samples: u32, format: wgpu::TextureFormat) -> wgpu::Texture {
+    pub fn target(
+        &self,
+        label: &str,
+        size: [u32; 2],
+        layers: u32,
+        samples: u32,
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
         self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: layers },
@@ -81,7 +88,11 @@ impl Gpu {
             format,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                 | wgpu::TextureUsages::TEXTURE_BINDING
-                | if format == wgpu::TextureFormat::Rgba8Unorm { wgpu::TextureUsages::COPY_SRC } else { wgpu::TextureUsages::empty() },
+                | if format == wgpu::TextureFormat::Rgba8Unorm {
+                    wgpu::TextureUsages::COPY_SRC
+                } else {
+                    wgpu::TextureUsages::empty()
+                },
             view_formats: &[],
         })
     }

@@ -2,7 +2,8 @@
 use std::num::NonZeroU64;
 
 use wgpu::{
-    BindGroupLayout, BindingType, CompareFunction, RenderPipeline, ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension,
+    BindGroupLayout, BindingType, CompareFunction, RenderPipeline, ShaderStages, TextureFormat, TextureSampleType,
+    TextureViewDimension,
 };
 
 use super::gpu::Gpu;
@@ -237,80 +238,113 @@ impl Passes {
         let (nearer, not_farther) = (CompareFunction::Greater, CompareFunction::GreaterEqual);
         let on_frame: &[&BindGroupLayout] = &[&frame_layout];
         let lit: &[&BindGroupLayout] = &[&frame_layout, &surface_layout];
-        let shadow = pipeline("shadow", Recipe {
-            groups: &[&frame_layout, &layer_layout],
-            buffer: Some(SURFACE_VERTEX),
-            depth: Some((SHADOW, CompareFunction::Less, true)),
-            ..base(0, "vertex")
-        });
-        let geometry = pipeline("geometry", Recipe {
-            fragment: Some(("fragment", GEOMETRY)),
-            groups: on_frame,
-            buffer: Some(SURFACE_VERTEX),
-            depth: Some((DEPTH, nearer, true)),
-            ..base(1, "vertex")
-        });
-        let geometry_floor = pipeline("floor geometry", Recipe {
-            fragment: Some(("fragment", GEOMETRY)),
-            groups: on_frame,
-            depth: Some((DEPTH, nearer, true)),
-            strip: true,
-            ..base(1, "floor_vertex")
-        });
-        let occlusion = pipeline("occlusion", Recipe {
-            fragment: Some(("fragment", OCCLUSION)),
-            groups: &[&frame_layout, &occlusion_layout],
-            ..base(2, "vertex")
-        });
-        let blur = pipeline("blur", Recipe {
-            fragment: Some(("fragment", OCCLUSION)),
-            groups: &[&frame_layout, &blur_layout],
-            ..base(3, "vertex")
-        });
-        let depth = pipeline("depth", Recipe {
-            groups: on_frame,
-            buffer: Some(SURFACE_VERTEX),
-            depth: Some((DEPTH, nearer, true)),
-            samples: SAMPLES,
-            ..base(1, "vertex")
-        });
-        let surface = pipeline("surface", Recipe {
-            fragment: Some(("fragment", HDR)),
-            groups: lit,
-            buffer: Some(SURFACE_VERTEX),
-            depth: Some((DEPTH, not_farther, false)),
-            samples: SAMPLES,
-            ..base(4, "vertex")
-        });
-        let floor = pipeline("floor", Recipe {
-            fragment: Some(("floor_fragment", HDR)),
-            groups: lit,
-            depth: Some((DEPTH, nearer, true)),
-            samples: SAMPLES,
-            strip: true,
-            ..base(4, "floor_vertex")
-        });
-        let sky = pipeline("sky", Recipe {
-            fragment: Some(("sky_fragment", HDR)),
-            groups: lit,
-            depth: Some((DEPTH, not_farther, false)),
-            samples: SAMPLES,
-            ..base(4, "sky_vertex")
-        });
-        let ink = pipeline("ink", Recipe {
-            fragment: Some(("fragment", HDR)),
-            groups: on_frame,
-            buffer: Some(INK_VERTEX),
-            depth: Some((DEPTH, nearer, false)),
-            samples: SAMPLES,
-            blend: Some(MULTIPLY),
-            ..base(5, "vertex")
-        });
-        let develop = pipeline("develop", Recipe {
-            fragment: Some(("fragment", PICTURE)),
-            groups: &[&frame_layout, &develop_layout],
-            ..base(6, "vertex")
-        });
+        let shadow = pipeline(
+            "shadow",
+            Recipe {
+                groups: &[&frame_layout, &layer_layout],
+                buffer: Some(SURFACE_VERTEX),
+                depth: Some((SHADOW, CompareFunction::Less, true)),
+                ..base(0, "vertex")
+            },
+        );
+        let geometry = pipeline(
+            "geometry",
+            Recipe {
+                fragment: Some(("fragment", GEOMETRY)),
+                groups: on_frame,
+                buffer: Some(SURFACE_VERTEX),
+                depth: Some((DEPTH, nearer, true)),
+                ..base(1, "vertex")
+            },
+        );
+        let geometry_floor = pipeline(
+            "floor geometry",
+            Recipe {
+                fragment: Some(("fragment", GEOMETRY)),
+                groups: on_frame,
+                depth: Some((DEPTH, nearer, true)),
+                strip: true,
+                ..base(1, "floor_vertex")
+            },
+        );
+        let occlusion = pipeline(
+            "occlusion",
+            Recipe {
+                fragment: Some(("fragment", OCCLUSION)),
+                groups: &[&frame_layout, &occlusion_layout],
+                ..base(2, "vertex")
+            },
+        );
+        let blur = pipeline(
+            "blur",
+            Recipe {
+                fragment: Some(("fragment", OCCLUSION)),
+                groups: &[&frame_layout, &blur_layout],
+                ..base(3, "vertex")
+            },
+        );
+        let depth = pipeline(
+            "depth",
+            Recipe {
+                groups: on_frame,
+                buffer: Some(SURFACE_VERTEX),
+                depth: Some((DEPTH, nearer, true)),
+                samples: SAMPLES,
+                ..base(1, "vertex")
+            },
+        );
+        let surface = pipeline(
+            "surface",
+            Recipe {
+                fragment: Some(("fragment", HDR)),
+                groups: lit,
+                buffer: Some(SURFACE_VERTEX),
+                depth: Some((DEPTH, not_farther, false)),
+                samples: SAMPLES,
+                ..base(4, "vertex")
+            },
+        );
+        let floor = pipeline(
+            "floor",
+            Recipe {
+                fragment: Some(("floor_fragment", HDR)),
+                groups: lit,
+                depth: Some((DEPTH, nearer, true)),
+                samples: SAMPLES,
+                strip: true,
+                ..base(4, "floor_vertex")
+            },
+        );
+        let sky = pipeline(
+            "sky",
+            Recipe {
+                fragment: Some(("sky_fragment", HDR)),
+                groups: lit,
+                depth: Some((DEPTH, not_farther, false)),
+                samples: SAMPLES,
+                ..base(4, "sky_vertex")
+            },
+        );
+        let ink = pipeline(
+            "ink",
+            Recipe {
+                fragment: Some(("fragment", HDR)),
+                groups: on_frame,
+                buffer: Some(INK_VERTEX),
+                depth: Some((DEPTH, nearer, false)),
+                samples: SAMPLES,
+                blend: Some(MULTIPLY),
+                ..base(5, "vertex")
+            },
+        );
+        let develop = pipeline(
+            "develop",
+            Recipe {
+                fragment: Some(("fragment", PICTURE)),
+                groups: &[&frame_layout, &develop_layout],
+                ..base(6, "vertex")
+            },
+        );
         Passes {
             frame_layout,
             layer_layout,
@@ -342,7 +376,8 @@ mod tests {
     #[test]
     fn shaders_are_valid() {
         for (name, text) in SHADERS {
-            let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+            let module =
+                naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
             Validator::new(ValidationFlags::all(), Capabilities::empty())
                 .validate(&module)
                 .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));

@@ -72,7 +72,8 @@ impl Renderer {
         let bounds = if casters.is_empty() { (Point3::origin(), Point3::origin()) } else { bounds };
         let map = |label, size: u32, layers: usize| self.gpu.target(label, [size, size], layers as u32, 1, SHADOW);
         let (key, dome) = (map("key", KEY_SIZE, KEY_LAYERS), map("dome", DOME_SIZE, DOME_LAYERS));
-        let array = wgpu::TextureViewDescriptor { dimension: Some(wgpu::TextureViewDimension::D2Array), ..Default::default() };
+        let array =
+            wgpu::TextureViewDescriptor { dimension: Some(wgpu::TextureViewDimension::D2Array), ..Default::default() };
         let prepared = PreparedScene {
             surfaces: self.chunks(&vertices, &triangles),
             ink: self.chunks(&scene.ink.vertices, &scene.ink.triangles),
@@ -95,7 +96,11 @@ impl Renderer {
             slot[..size_of::<Layer>()].copy_from_slice(bytemuck::bytes_of(layer));
         }
         let rows = self.gpu.buffer("layers", &rows, BufferUsages::UNIFORM);
-        let whole = wgpu::BufferBinding { buffer: &rows, offset: 0, size: std::num::NonZeroU64::new(size_of::<Layer>() as u64) };
+        let whole = wgpu::BufferBinding {
+            buffer: &rows,
+            offset: 0,
+            size: std::num::NonZeroU64::new(size_of::<Layer>() as u64),
+        };
         let group = self.group(&self.passes.layer_layout, &[BindingResource::Buffer(whole)]);
         // the shadow stage shares the prelude of the others but reads nothing of the camera
         let frame = self.gpu.buffer("no frame", &[<Frame as bytemuck::Zeroable>::zeroed()], BufferUsages::UNIFORM);
@@ -167,10 +172,7 @@ impl Renderer {
                 pass.draw(0..4, 0..1);
             }
         }
-        let screens = [
-            (&p.occlusion, &occlusion_group, &noisy),
-            (&p.blur, &blur_group, &occlusion),
-        ];
+        let screens = [(&p.occlusion, &occlusion_group, &noisy), (&p.blur, &blur_group, &occlusion)];
         for (pipeline, group, target) in screens {
             let mut pass = begin(&mut encoder, "occlusion", Some(target), None);
             screen(&mut pass, pipeline, &on_frame, group);
@@ -348,7 +350,12 @@ fn draw(pass: &mut wgpu::RenderPass, chunks: &[Chunk]) {
     }
 }
 
-fn screen(pass: &mut wgpu::RenderPass, pipeline: &wgpu::RenderPipeline, frame: &wgpu::BindGroup, group: &wgpu::BindGroup) {
+fn screen(
+    pass: &mut wgpu::RenderPass,
+    pipeline: &wgpu::RenderPipeline,
+    frame: &wgpu::BindGroup,
+    group: &wgpu::BindGroup,
+) {
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, frame, &[]);
     pass.set_bind_group(1, group, &[]);

@@ -72,7 +72,8 @@ impl Ribbons {
         let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return };
         if knots.len() == 1 {
             let tangent = any_tangent(&first.normal);
-            let start = self.section(first, -tangent, [first.normal.cross(&tangent); 2], [1.0, -1.0], first.half, absorb);
+            let start =
+                self.section(first, -tangent, [first.normal.cross(&tangent); 2], [1.0, -1.0], first.half, absorb);
             let middle = self.section(first, tangent, [first.normal.cross(&tangent); 2], [1.0, -1.0], 0.0, absorb);
             let end = self.section(first, tangent, [first.normal.cross(&tangent); 2], [1.0, -1.0], first.half, absorb);
             self.join(start, middle);
@@ -304,9 +305,8 @@ mod tests {
         late.time = 2.0;
         let stroke = crate::ink::InkStroke { ink: 0, stroke: None, arm: 0, points: vec![point(0.0, 0.0, 0.001), late] };
         let trace = InkTrace { inks: vec![], strokes: vec![stroke] };
-        let reach = |until| {
-            Ribbons::from_trace(&trace, until).vertices.iter().map(|v| v.position[0]).fold(0.0, f32::max)
-        };
+        let reach =
+            |until| Ribbons::from_trace(&trace, until).vertices.iter().map(|v| v.position[0]).fold(0.0, f32::max);
         assert_eq!(reach(Some(1.0)), 0.0);
         assert_eq!(reach(None), 0.1);
     }

@@ -154,6 +154,8 @@ mod tests {
         let items = ArmVisuals::new(&arm).items(&[Pose::identity(), Pose::translation(0.0, 2.0, 0.0)]);
         let scene = RenderScene { items, ..Default::default() };
         let (lo, hi) = scene.bounds().unwrap();
-        assert!((lo - Point3::new(-0.1, -0.1, -0.1)).norm() < 1e-12 && (hi - Point3::new(1.1, 2.1, 0.1)).norm() < 1e-12);
+        assert!(
+            (lo - Point3::new(-0.1, -0.1, -0.1)).norm() < 1e-12 && (hi - Point3::new(1.1, 2.1, 0.1)).norm() < 1e-12
+        );
     }
 }

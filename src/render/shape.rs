@@ -57,8 +57,12 @@ impl Surface {
         for (t, n) in &facets {
             let corner = t.map(|i| {
                 let at = place[i as usize];
-                let sum: Vector3<f64> =
-                    round[at].iter().map(|(f, angle)| (facets[*f].1, angle)).filter(|(m, _)| m.dot(n) >= least).map(|(m, a)| m * *a).sum();
+                let sum: Vector3<f64> = round[at]
+                    .iter()
+                    .map(|(f, angle)| (facets[*f].1, angle))
+                    .filter(|(m, _)| m.dot(n) >= least)
+                    .map(|(m, a)| m * *a)
+                    .sum();
                 let normal = sum.try_normalize(1e-12).unwrap_or(*n);
                 let key = (at, [normal.x, normal.y, normal.z].map(|c| (c * 1e4).round() as i32));
                 *known.entry(key).or_insert_with(|| {
@@ -85,7 +89,14 @@ impl Surface {
     pub fn cylinder(radius: f64, length: f64) -> Self {
         let chamfer = (0.06 * radius).min(0.1 * length).min(0.002);
         let h = 0.5 * length;
-        let profile = [(0.0, -h), (radius - chamfer, -h), (radius, -h + chamfer), (radius, h - chamfer), (radius - chamfer, h), (0.0, h)];
+        let profile = [
+            (0.0, -h),
+            (radius - chamfer, -h),
+            (radius, -h + chamfer),
+            (radius, h - chamfer),
+            (radius - chamfer, h),
+            (0.0, h),
+        ];
         Self::turned(&profile, 64)
     }
 

@@ -56,9 +56,7 @@ impl View {
         let (z, x) = (back.normalize(), right.normalize());
         let y = z.cross(&x);
         let at = |axis: &Vector3<f64>| -axis.dot(&self.eye.coords);
-        Ok(Matrix4::new(
-            x.x, x.y, x.z, at(&x), y.x, y.y, y.z, at(&y), z.x, z.y, z.z, at(&z), 0.0, 0.0, 0.0, 1.0,
-        ))
+        Ok(Matrix4::new(x.x, x.y, x.z, at(&x), y.x, y.y, y.z, at(&y), z.x, z.y, z.z, at(&z), 0.0, 0.0, 0.0, 1.0))
     }
 
     /// Projection with depth running from 1 at [`NEAR`] to 0 at infinity, which keeps float depth precise everywhere.
@@ -220,9 +218,6 @@ mod tests {
             height_px: 10,
         };
         assert!(matches!(v.view_from_world(), Err(RenderError::Camera { .. })));
-        assert!(matches!(
-            framing(Pose::identity()).view("frnt", [10, 10]),
-            Err(RenderError::UnknownView { .. })
-        ));
+        assert!(matches!(framing(Pose::identity()).view("frnt", [10, 10]), Err(RenderError::UnknownView { .. })));
     }
 }

@@ -1,16 +1,16 @@
 //! Robots: URDF to model; kinematics, dynamics and collision capsules.
 
 mod dynamics;
-mod kinematics;
 mod enclose;
 mod error;
 mod inertia;
+mod kinematics;
 mod model;
 pub mod urdf;
 
 pub use dynamics::{GRAVITY, JointMatrix};
-pub use kinematics::{Jacobian, Kinematics};
 pub use error::RobotError;
+pub use kinematics::{Jacobian, Kinematics};
 pub use model::{
     ArmModel, Capsule, JointKind, JointModel, JointVector, LinkModel, MAX_DOF, SpatialInertia, Visual, VisualShape,
 };

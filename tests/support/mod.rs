@@ -5,7 +5,7 @@ use calamus::ink::PenModel;
 use calamus::math::{Pose, Rgb, frame_from_axes, rotation_vector};
 use calamus::mesh::TriMesh;
 use calamus::plan::{ArmPlan, Knot, Plan, Segment, SegmentKind, Trajectory};
-use calamus::robot::{ArmModel, JointVector};
+use calamus::robot::{ArmModel, JointVector, UrdfOptions, urdf};
 use calamus::surface::{Canvas, Mapping, SheetFrame, TrueCanvas};
 use calamus::twin::{LayerPen, Record, Surroundings, TwinArm, TwinOptions, simulate};
 use nalgebra::{Point2, Point3, Vector3, Vector6};
@@ -31,7 +31,9 @@ pub fn inverse_kinematics(arm: &ArmModel, target: &Pose, q0: &JointVector) -> Jo
 
 /// The pen at `p` with its axis along `axis`, turned as near to `x_hint` as can be.
 pub fn pen_pose(p: Point3<f64>, axis: Vector3<f64>) -> Pose {
-    Pose::from_parts(p.coords.into(), frame_from_axes(&axis, &-Vector3::x()))
+    // the comfortable postures of the tests have the tip's x axis down or towards the robot
+    let hint = if axis.z < -0.7 { -Vector3::x() } else { -Vector3::z() };
+    Pose::from_parts(p.coords.into(), frame_from_axes(&axis, &hint))
 }
 
 /// A segment whose tip follows `pose(t)`, by inverse kinematics every 4 ms.
@@ -107,12 +109,21 @@ pub fn smooth(t: f64) -> f64 {
     t * t * t * (10.0 + t * (-15.0 + 6.0 * t))
 }
 
-include!("/tmp/iiwa_literal.rs");
-/// The drawing iiwa and a comfortable posture with the pen pointing down.
+/// The drawing iiwa on its pedestal, and a comfortable posture with the pen pointing down.
 pub fn iiwa() -> (ArmModel, JointVector) {
-    let mut q = JointVector::zeros();
-    for (i, d) in [0.0f64, 40.0, 0.0, -80.0, 0.0, 60.0, 0.0].iter().enumerate() {
-        q[i] = d.to_radians();
+    let robots = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
+    let options =
+        UrdfOptions { base_link: Some("link_0".into()), tip_link: Some("link_ee".into()), ..Default::default() };
+    let mut arm = urdf::load(&robots.join("iiwa7.urdf"), &options).expect("the robot loads");
+    arm.world_from_base = Pose::translation(0.0, 0.0, 0.3);
+    for joint in &mut arm.joints {
+        (joint.damping, joint.friction, joint.armature) = (0.0, 0.0, 0.1);
     }
-    (iiwa_lit(), q)
+    arm.last_from_tip *= Pose::translation(0.0, 0.0, 0.1275);
+    (arm, posture([0.0, 40.0, 0.0, -80.0, 0.0, 60.0, 0.0]))
+}
+
+/// Joint positions from degrees.
+pub fn posture(degrees: [f64; 7]) -> JointVector {
+    JointVector::from_fn(|i, _| degrees.get(i).map_or(0.0, |d| d.to_radians()))
 }
