@@ -2,6 +2,11 @@
 
 mod canvas;
 mod mapped;
+mod projection;
+mod scene;
+mod shape;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame, TrueCanvas};
 pub use mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
+pub use projection::{MapError, MapFailure, MapProblem, MappingKind, Projection, map_drawing};
+pub use scene::{Furniture, Scene, SceneError};
