@@ -4,11 +4,13 @@ mod clip;
 mod hatch;
 mod load;
 mod sheet;
+pub mod stroke_order;
 pub mod stroke_text;
 pub mod svg;
 mod svg_survey;
 mod svg_walk;
 pub mod svg_write;
+pub mod tidy;
 
 pub use load::{DrawingError, Loaded, Size, Warning, load};
 pub use sheet::{Drawing, InkLayer, Stroke};
