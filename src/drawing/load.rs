@@ -131,3 +131,37 @@ pub fn load(file: &Path, options: &SvgOptions) -> Result<Loaded, DrawingError> {
         _ => Err(DrawingError::UnknownKind { file: file.to_path_buf() }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_extension_chooses_the_reader() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = SvgOptions { size: Size::Fit(0.1, 0.1), ..Default::default() };
+        let file = |name: &str, text: &str| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, text).unwrap();
+            file
+        };
+        let svg = file(
+            "a.SVG",
+            "<svg xmlns='http://www.w3.org/2000/svg' width='4' height='2'><path d='M0 0H4' stroke='red'/></svg>",
+        );
+        let text = file("a_k.txt", "400 200\n0 0.5\n1 0.5\nEnd\n");
+        for file in [svg, text] {
+            let d = load(&file, &options).unwrap().drawing;
+            assert!((d.width - 0.1).abs() < 1e-8 && (d.height - 0.05).abs() < 1e-8 && (d.length() - 0.1).abs() < 1e-7);
+        }
+        assert!(matches!(load(&file("a.doc", ""), &options), Err(DrawingError::UnknownKind { .. })));
+        assert!(matches!(load(&folder.path().join("none.svg"), &options), Err(DrawingError::Unreadable { .. })));
+    }
+
+    #[test]
+    fn sizes_that_are_no_sheet_are_refused() {
+        for size in [Size::Width(0.0), Size::Height(f64::NAN), Size::Fit(1.0, f64::INFINITY), Size::Width(1e4)] {
+            assert!(matches!(size.resolve(0.2, 0.1), Err(DrawingError::BadOption { .. })), "{size:?}");
+        }
+    }
+}

@@ -3,6 +3,7 @@
 mod clip;
 mod hatch;
 mod load;
+pub mod pattern;
 mod sheet;
 pub mod stroke_order;
 pub mod stroke_text;
@@ -13,5 +14,6 @@ pub mod svg_write;
 pub mod tidy;
 
 pub use load::{DrawingError, Loaded, Size, Warning, load};
+pub use pattern::Pattern;
 pub use sheet::{Drawing, InkLayer, Stroke};
 pub use svg::{Fill, SvgOptions};

@@ -426,6 +426,17 @@ mod tests {
     }
 
     #[test]
+    fn deep_but_lawful_documents_are_read() {
+        let body =
+            format!("{}<path d='M0 0H9' stroke='red'/>{}", "<g opacity='0.999'>".repeat(390), "</g>".repeat(390));
+        assert_eq!(draw(&body).stroke_count(), 1);
+        let circle = "<clipPath id='a' clip-path='url(#b)'><path d='M0 0H9V9z'/></clipPath>\
+             <clipPath id='b' clip-path='url(#a)'><path d='M0 0H9V9z'/></clipPath>\
+             <path clip-path='url(#a)' d='M1 1L1 99M50 50H60' stroke='red'/><path d='M0 0H9' stroke='red'/>";
+        assert!(draw(circle).stroke_count() >= 1);
+    }
+
+    #[test]
     fn bombs_are_refused() {
         let deep = page(&format!("{}{}", "<g>".repeat(50_000), "</g>".repeat(50_000)));
         assert!(error(&deep).contains("nested deeper"), "{}", error(&deep));
@@ -442,6 +453,27 @@ mod tests {
         }
         laughs += &format!("]>{}", page("<text>&a8;</text>"));
         assert!(parse(laughs.as_bytes(), Path::new("a.svg"), &SvgOptions::default()).is_err());
+
+        let row: String = (0..20_000)
+            .map(|i| format!("<clipPath id='c{i}' clip-path='url(#c{})'><path d='M0 0H9V9z'/></clipPath>", i + 1))
+            .collect();
+        let row = page(&format!("{row}<path clip-path='url(#c0)' d='M0 0H9' stroke='red'/>"));
+        assert!(error(&row).contains("in a row"), "{}", error(&row));
+
+        let bush: String = (0..60)
+            .map(|i| {
+                let shape = format!("<path mask='url(#m{})' d='M0 0H9V9z'/>", i + 1);
+                format!("<mask id='m{i}'>{shape}{shape}</mask>")
+            })
+            .collect();
+        let bush = page(&format!("{bush}<path mask='url(#m0)' d='M0 0H9' stroke='red'/>"));
+        assert!(error(&bush).contains("multiply without bound"), "{}", error(&bush));
+
+        let mut nest = "<path id='n0' d='M0 0H9' stroke='red'/>".to_string();
+        for i in 1..2_000 {
+            nest += &format!("<g id='n{i}'><use href='#n{}'/></g>", i - 1);
+        }
+        assert!(error(&page(&nest)).contains("nested too deep"), "{}", error(&page(&nest)));
 
         let far = page("<path d='M0 0C1e30 0 0 1e30 1 1' stroke='red'/><path d='M0 0H9' stroke='red'/>");
         assert_eq!(load(&far, &SvgOptions::default()).drawing.stroke_count(), 1);

@@ -15,6 +15,10 @@ const MAX_NODES: u32 = 2_000_000;
 const MAX_EXPANSION: usize = 64 << 20;
 /// Elements that markers may multiply into.
 const MAX_MARKED: usize = 5_000_000;
+/// How far clip paths, masks, patterns and markers may refer to one another in a row.
+const MAX_CHAIN: usize = 100;
+/// How many such elements one reference may draw in, all in all.
+const MAX_DRAWN_IN: u64 = 1_000_000;
 
 const SVG: &str = "http://www.w3.org/2000/svg";
 const XLINK: &str = "http://www.w3.org/1999/xlink";
@@ -90,8 +94,9 @@ pub(super) fn survey(text: &str, file: &Path) -> Result<Survey, DrawingError> {
 
     let mut tally = Tally::default();
     let (mut marked, mut marker_nodes) = (0usize, 0usize);
-    let mut open = vec![(root, 0usize, true)];
-    while let Some((node, depth, shown)) = open.pop() {
+    let mut references = References::default();
+    let mut open = vec![(root, 0usize, true, None)];
+    while let Some((node, depth, shown, mut container)) = open.pop() {
         if depth > MAX_DEPTH {
             let message = format!("elements are nested deeper than {MAX_DEPTH}: ungroup some of them");
             return Err(invalid(line_of(&node), message));
@@ -102,6 +107,12 @@ pub(super) fn survey(text: &str, file: &Path) -> Result<Survey, DrawingError> {
             || name == "metadata"
             || (name == "defs" && !uses_definitions);
         let shown = shown && !hidden;
+        if matches!(name, "clipPath" | "mask" | "pattern" | "marker") {
+            container = Some(references.open(&node, line_of(&node)));
+        }
+        if let Some(container) = container {
+            references.add(container, &node);
+        }
         if name == "marker" {
             marker_nodes += node.descendants().count();
         }
@@ -109,18 +120,89 @@ pub(super) fn survey(text: &str, file: &Path) -> Result<Survey, DrawingError> {
             marked = marked.saturating_add(inspect(&node, name, &ids, &mut tally, line_of(&node)));
         }
         for child in node.children().filter(Node::is_element) {
-            open.push((child, depth + 1, shown));
+            open.push((child, depth + 1, shown, container));
         }
     }
     if marked.saturating_mul(marker_nodes) > MAX_MARKED {
         return Err(invalid(1, "markers would multiply into millions of elements: remove them".into()));
     }
+    references.check().map_err(|(line, message)| invalid(line, message))?;
     let (labels, text) = name_groups(&root, text);
     let warnings = tally.0.into_iter().map(|((what, advice), (count, line))| Warning {
         line: Some(line),
         message: format!("{count} x {what}: {advice}"),
     });
     Ok(Survey { text, labels, warnings: warnings.collect() })
+}
+
+/// Who refers to whom among clip paths, masks, patterns and markers. usvg resolves these by recursion and partly
+/// without a cache, so a long row of them could overflow its stack and a branching one would never end.
+#[derive(Default)]
+struct References<'a> {
+    /// Line of each, and the ids that it and its content refer to.
+    elements: Vec<(usize, Vec<&'a str>)>,
+    by_id: BTreeMap<&'a str, usize>,
+}
+
+impl<'a> References<'a> {
+    fn open(&mut self, node: &Node<'a, '_>, line: usize) -> usize {
+        self.elements.push((line, Vec::new()));
+        if let Some(id) = node.attribute("id") {
+            self.by_id.entry(id).or_insert(self.elements.len() - 1);
+        }
+        self.elements.len() - 1
+    }
+
+    fn add(&mut self, container: usize, node: &Node<'a, '_>) {
+        for attribute in node.attributes() {
+            let value: &'a str = attribute.value();
+            let links = value.split("url(").skip(1).filter_map(|v| v.split(')').next());
+            let ids = links.filter_map(|v| v.trim_matches(|c| matches!(c, ' ' | '"' | '\'')).strip_prefix('#'));
+            self.elements[container].1.extend(ids);
+        }
+    }
+
+    /// The line and the message of a row too long or too bushy.
+    fn check(&self) -> Result<(), (usize, String)> {
+        let mut known = vec![None; self.elements.len()];
+        for i in 0..self.elements.len() {
+            self.drawn_in(i, 0, &mut known)?;
+        }
+        Ok(())
+    }
+
+    /// Number of elements that a reference to this one draws in. Recursion ends at `MAX_CHAIN`.
+    fn drawn_in(
+        &self,
+        i: usize,
+        chain: usize,
+        known: &mut [Option<(u64, usize)>],
+    ) -> Result<(u64, usize), (usize, String)> {
+        let (line, ids) = &self.elements[i];
+        if let Some((count, below)) = known[i]
+            && chain + below <= MAX_CHAIN
+        {
+            return Ok((count, below));
+        }
+        if chain > MAX_CHAIN {
+            let message =
+                format!("clip paths, masks, patterns or markers refer to one another over {MAX_CHAIN} times in a row");
+            return Err((*line, message));
+        }
+        // usvg breaks circles, and so does this: within itself an element counts as nothing.
+        known[i] = Some((0, 0));
+        let (mut count, mut below) = (1u64, 0);
+        for next in ids.iter().filter_map(|id| self.by_id.get(id)) {
+            let (more, deeper) = self.drawn_in(*next, chain + 1, known)?;
+            count = count.saturating_add(more);
+            below = below.max(deeper + 1);
+        }
+        if count > MAX_DRAWN_IN {
+            return Err((*line, "clip paths, masks, patterns or markers multiply without bound".into()));
+        }
+        known[i] = Some((count, below));
+        Ok((count, below))
+    }
 }
 
 fn is_svg(node: &Node, name: &str) -> bool {

@@ -243,7 +243,8 @@ impl<'a> Walk<'a> {
         let period: f64 = dashes.iter().map(|d| f64::from(*d)).sum();
         // A dash of no length is a dot; kurbo needs some length to tell where.
         let dashes: Vec<f64> = dashes.iter().map(|d| f64::from(*d).max(1e-6 * period)).collect();
-        if !(control_length(&path) / period * dashes.len() as f64 <= MAX_DASHES) {
+        let count = control_length(&path) / period * dashes.len() as f64;
+        if !count.is_finite() || count > MAX_DASHES {
             self.note(Note::Dashes);
             return path;
         }
