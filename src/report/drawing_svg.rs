@@ -1,7 +1,9 @@
 //! What was really drawn, as an SVG file: one layer per ink, lines as wide as they came out.
 use std::fmt::Write as _;
 
+use crate::ink::optics::{PAPER, absorbance, linear_from_srgb, srgb_from_linear};
 use crate::ink::{InkPoint, InkStroke, InkTrace};
+use crate::math::Rgb;
 
 /// A run goes on while width and density stay this near, relatively, to those it began with.
 const EVEN: f64 = 0.05;
@@ -11,8 +13,8 @@ const TOLERANCE_MM: f64 = 0.01;
 /// The trace as an SVG document in mm, on a sheet of `width` x `height`, m.
 ///
 /// Each ink is a group that Inkscape shows as a layer. A stroke is split into runs of nearly constant width and density (5 %);
-/// a run is one path, simplified to 0.01 mm. Ink of less than full density is drawn with as much opacity, which is how it
-/// looks to within the curvature of Beer's law. The text depends on the trace alone.
+/// a run is one path, simplified to 0.01 mm. A run whose density isn't 1 has a colour of its own, that of so much ink on
+/// white [paper](PAPER); opacity would show a dot wherever two runs meet. The text depends on the trace alone.
 pub fn drawing_svg(trace: &InkTrace, width: f64, height: f64) -> String {
     let (width_mm, height_mm) = (Mm(width * 1e3), Mm(height * 1e3));
     let mut svg = format!(
@@ -27,22 +29,19 @@ pub fn drawing_svg(trace: &InkTrace, width: f64, height: f64) -> String {
         h = height_mm
     );
     for (index, ink) in trace.inks.iter().enumerate() {
-        let [r, g, b] = ink.color.0;
         // Writing to a string can't fail.
         let _ = writeln!(
             svg,
             concat!(
-                r##"<g id="ink-{index}" inkscape:groupmode="layer" inkscape:label="{name}" fill="none" "##,
-                r##"stroke="#{r:02x}{g:02x}{b:02x}" stroke-linecap="round" stroke-linejoin="round">"##
+                r#"<g id="ink-{index}" inkscape:groupmode="layer" inkscape:label="{name}" fill="none" "#,
+                r#"stroke="{color}" stroke-linecap="round" stroke-linejoin="round">"#
             ),
             index = index,
             name = escape(&ink.name),
-            r = r,
-            g = g,
-            b = b
+            color = hex(ink.color)
         );
         for stroke in trace.strokes.iter().filter(|s| s.ink as usize == index) {
-            write_stroke(&mut svg, stroke, width, height);
+            write_stroke(&mut svg, stroke, ink.color, (width, height));
         }
         svg.push_str("</g>\n");
     }
@@ -50,7 +49,7 @@ pub fn drawing_svg(trace: &InkTrace, width: f64, height: f64) -> String {
     svg
 }
 
-fn write_stroke(svg: &mut String, stroke: &InkStroke, width: f64, height: f64) {
+fn write_stroke(svg: &mut String, stroke: &InkStroke, ink: Rgb, sheet: (f64, f64)) {
     let mut from = 0;
     while from < stroke.points.len() {
         let first = &stroke.points[from];
@@ -61,7 +60,14 @@ fn write_stroke(svg: &mut String, stroke: &InkStroke, width: f64, height: f64) {
         let last = from + stroke.points[from..].iter().take_while(even).count().max(1) - 1;
         // The point that breaks the run is its end as well, so that the line has no gap.
         let end = (last + 1).min(stroke.points.len() - 1);
-        write_run(svg, &stroke.points[from..=end], last - from + 1, width, height);
+        let even = &stroke.points[from..=last];
+        let mean = |value: fn(&InkPoint) -> f64| even.iter().map(value).sum::<f64>() / even.len() as f64;
+        let _ = write!(svg, r#"<path stroke-width="{}""#, Mm(mean(|p| p.width) * 1e3));
+        let density = mean(|p| p.density);
+        if (density - 1.0).abs() > EVEN {
+            let _ = write!(svg, r#" stroke="{}""#, hex(shown(ink, density)));
+        }
+        write_line(svg, &stroke.points[from..=end], sheet);
         if end == last {
             break;
         }
@@ -69,17 +75,10 @@ fn write_stroke(svg: &mut String, stroke: &InkStroke, width: f64, height: f64) {
     }
 }
 
-/// Writes one path through `points`; its width and density are the means of the first `even`.
-fn write_run(svg: &mut String, points: &[InkPoint], even: usize, width: f64, height: f64) {
-    let mean = |value: fn(&InkPoint) -> f64| points[..even].iter().map(value).sum::<f64>() / even as f64;
-    let (line_mm, density) = (mean(|p| p.width) * 1e3, mean(|p| p.density));
+/// Writes where a path goes and closes it.
+fn write_line(svg: &mut String, points: &[InkPoint], (width, height): (f64, f64)) {
     let place = |p: &InkPoint| [(p.sheet.x + width / 2.0) * 1e3, (height / 2.0 - p.sheet.y) * 1e3];
     let places: Vec<[f64; 2]> = points.iter().map(place).collect();
-    let _ = write!(svg, r#"<path stroke-width="{}""#, Mm(line_mm));
-    let opacity = (density.min(1.0) * 50.0).round() / 50.0;
-    if opacity < 1.0 {
-        let _ = write!(svg, r#" stroke-opacity="{opacity}""#);
-    }
     let _ = write!(svg, r#" d="M{},{}"#, Mm(places[0][0]), Mm(places[0][1]));
     if places.len() == 1 {
         // A line of no length with round caps is a dot.
@@ -89,6 +88,17 @@ fn write_run(svg: &mut String, points: &[InkPoint], even: usize, width: f64, hei
         let _ = write!(svg, " {},{}", Mm(*x), Mm(*y));
     }
     svg.push_str("\"/>\n");
+}
+
+/// The colour of an ink of some density on paper, by the law of Beer and Lambert.
+fn shown(ink: Rgb, density: f64) -> Rgb {
+    let a = absorbance(ink, PAPER);
+    Rgb(std::array::from_fn(|k| srgb_from_linear(linear_from_srgb(PAPER.0[k]) * (-density * a[k]).exp())))
+}
+
+/// A colour as SVG writes it.
+fn hex(Rgb([r, g, b]): Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 /// The points after the first that a line within the tolerance needs (Ramer 1972, doi:10.1016/S0146-664X(72)80017-0).
@@ -145,7 +155,6 @@ fn escape(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::ink::TraceInk;
-    use crate::math::Rgb;
     use nalgebra::{Point2, Point3, Vector3};
     use proptest::prelude::*;
 
@@ -194,6 +203,17 @@ mod tests {
         for pair in runs.windows(2) {
             assert_eq!(ends(pair[0]).1, ends(pair[1]).0);
         }
+    }
+
+    #[test]
+    fn a_faded_run_is_lighter_and_the_nominal_one_bears_its_layers_colour() {
+        let mut points: Vec<InkPoint> = (0..20).map(|i| point(f64::from(i) * 1e-3, 0.0, 8e-4)).collect();
+        points[10..].iter_mut().for_each(|p| p.density = 0.5);
+        let svg = drawing_svg(&trace(points), 0.1, 0.1);
+        let [full, faded] = paths(&svg)[..] else { panic!("{svg}") };
+        assert!(!full.contains(" stroke=\""), "{full}");
+        assert!(faded.contains(&format!(r#" stroke="{}""#, hex(shown(Rgb([0, 119, 204]), 0.5)))), "{faded}");
+        assert_eq!((shown(Rgb([0, 119, 204]), 1.0), shown(Rgb([0, 119, 204]), 0.0)), (Rgb([0, 119, 204]), PAPER));
     }
 
     #[test]
