@@ -9,6 +9,8 @@ pub mod optics;
 mod pen;
 mod raster;
 mod recorder;
+mod segment;
+mod tile;
 mod trace;
 
 pub use error::InkError;

@@ -72,8 +72,8 @@ mod tests {
     fn density_1_shows_the_inks_colour_and_2_a_darker_one() {
         for ink in [Rgb([0, 0, 0]), Rgb([200, 30, 40]), Rgb([0, 128, 255]), Rgb([253, 252, 10])] {
             let a = absorbance(ink, PAPER);
-            for k in 0..3 {
-                let shown = |density: f64| srgb_from_linear(linear_from_srgb(PAPER.0[k]) * (-density * a[k]).exp());
+            for (k, a) in a.iter().enumerate() {
+                let shown = |density: f64| srgb_from_linear(linear_from_srgb(PAPER.0[k]) * (-density * a).exp());
                 assert_eq!(shown(1.0), ink.0[k].min(PAPER.0[k]));
                 assert!(shown(2.0) <= shown(1.0) && shown(0.0) == PAPER.0[k]);
             }

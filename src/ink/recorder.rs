@@ -90,7 +90,7 @@ impl PenState {
 
 /// Records the lines of one pen in one arm's hand.
 ///
-/// Points are placed only as close as the line needs: at most [0.15 mm](SPACING) apart, or an eighth of the width of broad
+/// Points are placed only as close as the line needs: at most 0.15 mm apart, or an eighth of the width of broad
 /// lines, and nearer where width or density changes by 2 %.
 #[derive(Clone, Debug)]
 pub struct InkRecorder {
@@ -212,7 +212,8 @@ impl Deposit {
 
 impl InkTrace {
     /// The trace of all recorders, lines in the order in which they were begun; lines begun at the same time in the
-    /// order of the recorders.
+    /// order of the recorders. A line still being drawn ends at its last point; a [step](InkRecorder::step) without contact
+    /// ends it where the nib is.
     pub fn merged(inks: Vec<TraceInk>, recorders: impl IntoIterator<Item = InkRecorder>) -> Self {
         let mut strokes: Vec<InkStroke> = recorders.into_iter().flat_map(|r| r.strokes).collect();
         let begun = |s: &InkStroke| s.points.first().map_or(0.0, |p| p.time);

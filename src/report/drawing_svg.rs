@@ -14,7 +14,8 @@ const TOLERANCE_MM: f64 = 0.01;
 ///
 /// Each ink is a group that Inkscape shows as a layer. A stroke is split into runs of nearly constant width and density (5 %);
 /// a run is one path, simplified to 0.01 mm. A run whose density isn't 1 has a colour of its own, that of so much ink on
-/// white [paper](PAPER); opacity would show a dot wherever two runs meet. The text depends on the trace alone.
+/// white [paper](PAPER); opacity would show a dot wherever two runs meet. Layers
+/// are multiplied, so one ink darkens another. The text depends on the trace alone.
 pub fn drawing_svg(trace: &InkTrace, width: f64, height: f64) -> String {
     let (width_mm, height_mm) = (Mm(width * 1e3), Mm(height * 1e3));
     let mut svg = format!(
@@ -34,7 +35,8 @@ pub fn drawing_svg(trace: &InkTrace, width: f64, height: f64) -> String {
             svg,
             concat!(
                 r#"<g id="ink-{index}" inkscape:groupmode="layer" inkscape:label="{name}" fill="none" "#,
-                r#"stroke="{color}" stroke-linecap="round" stroke-linejoin="round">"#
+                r#"stroke="{color}" stroke-linecap="round" stroke-linejoin="round" "#,
+                r#"style="mix-blend-mode:multiply">"#
             ),
             index = index,
             name = escape(&ink.name),
