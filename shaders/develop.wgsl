@@ -27,7 +27,7 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     for (var i = 0; i < 4; i++) {
         sum += tone(textureLoad(samples, pixel, i).xyz);
     }
-    // half a step of ordered noise hides the steps of wide gradients (interleaved gradient noise, Jimenez 2014)
-    let noise = fract(52.9829189 * fract(dot(at.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
+    // half a step of ordered noise hides the steps of wide gradients
+    let noise = gradient_noise(at.xy) - 0.5;
     return vec4(srgb_from_linear(sum * 0.25) + noise / 255.0, 1.0);
 }

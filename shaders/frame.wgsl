@@ -1,8 +1,10 @@
 // What every pass knows: the camera, the lights and where their shadow layers lie. Prepended to the other shaders.
 // World: z up, m. View: x right, y up, z towards the viewer, m. Colours are linear.
 
-const KEY_LAYERS: u32 = 32u;
-const DOME_LAYERS: u32 = 48u;
+const KEY_LAYERS: u32 = 64u;
+// the first of them lie on the rim of the light
+const KEY_PROBES: u32 = 13u;
+const DOME_LAYERS: u32 = 64u;
 
 struct Frame {
     clip_from_world: mat4x4<f32>,
@@ -17,7 +19,7 @@ struct Frame {
     fill: vec4<f32>,
     // xy: where the floor is lit brightest, z: its height (m), w: radius at which it has faded into the background (m)
     ground: vec4<f32>,
-    // x: radius of the screen-space occlusion, m
+    // x: radius of the screen-space occlusion, m; zw: spacing of the key light's points as u and v for each unit of depth
     occlusion: vec4<f32>,
 }
 
@@ -30,8 +32,8 @@ struct Layer {
 }
 
 struct Lights {
-    key: array<Layer, 32>,
-    dome: array<Layer, 48>,
+    key: array<Layer, 64>,
+    dome: array<Layer, 64>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -46,12 +48,29 @@ fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
 
 // The seamless paper background, by the height of the view ray: light below, lightest at the horizon, a cool grey above.
 fn background(ray: vec3<f32>) -> vec3<f32> {
-    let below = vec3(0.700, 0.695, 0.685);
-    let horizon = vec3(0.800, 0.805, 0.810);
-    let above = vec3(0.560, 0.590, 0.630);
+    let below = vec3(0.760, 0.756, 0.748);
+    let horizon = vec3(0.835, 0.838, 0.840);
+    let above = vec3(0.620, 0.645, 0.680);
     let up = smoothstep(0.0, 0.75, ray.z);
     let down = smoothstep(0.0, 0.7, -ray.z);
     return mix(mix(horizon, above, up), below, down);
+}
+
+// Noise that looks even at every scale, 0..1 (interleaved gradient noise, Jimenez 2014).
+fn gradient_noise(pixel: vec2<f32>) -> f32 {
+    return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+}
+
+// Noise without any order, two values 0..1 (PCG, Jarzynski and Olano 2020).
+fn white_noise(pixel: vec2<f32>) -> vec2<f32> {
+    var v = vec2<u32>(pixel) * 1664525u + 1013904223u;
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v ^= v >> vec2(16u);
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v ^= v >> vec2(16u);
+    return vec2<f32>(v >> vec2(8u)) / 16777216.0;
 }
 
 // A full-screen triangle.

@@ -57,9 +57,11 @@ fn near_visibility(pixel: vec2<i32>, size: vec2<f32>, p: vec3<f32>, n: vec3<f32>
             for (var k = 0; k < STEPS; k++) {
                 let t = (f32(k) + tile(pixel, 1)) / f32(STEPS);
                 let offset = sign * along.xy * max(t * t * radius_px, f32(k) + 1.0);
-                let q = view_position(pixel + vec2<i32>(round(vec2(offset.x, -offset.y))), size) - p;
+                let at = pixel + vec2<i32>(round(vec2(offset.x, -offset.y)));
+                let q = view_position(at, size) - p;
                 let d = length(q);
-                let weight = clamp(2.0 - 2.0 * d / radius, 0.0, 1.0);
+                let inside = all(at >= vec2(0)) && all(vec2<f32>(at) < size);
+                let weight = select(0.0, clamp(2.0 - 2.0 * d / radius, 0.0, 1.0), inside);
                 h = max(h, mix(lowest, dot(q, v) / max(d, 1e-6), weight));
             }
             horizon[side] = h;
@@ -76,7 +78,7 @@ fn near_visibility(pixel: vec2<i32>, size: vec2<f32>, p: vec3<f32>, n: vec3<f32>
 
 // Share of the sky above the horizon that is seen, weighted by the cosine to the normal.
 fn dome_visibility(pixel: vec2<i32>, world: vec3<f32>, n: vec3<f32>) -> f32 {
-    let jitter = (vec2(tile(pixel, 2), tile(pixel, 3)) - 0.5) * 5.0 / f32(textureDimensions(dome_map).x);
+    let jitter = (vec2(tile(pixel, 2), tile(pixel, 3)) - 0.5) * 12.0 / f32(textureDimensions(dome_map).x);
     let p = vec4(world + n * 1.5 * frame.fill.w, 1.0);
     var seen = 1e-4;
     var all = 1e-4;

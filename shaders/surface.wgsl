@@ -8,9 +8,9 @@
 
 const PI: f32 = 3.14159265;
 // radiance of a white surface that faces the light, by light
-const KEY: vec3<f32> = vec3(0.640, 0.622, 0.598);
+const KEY: vec3<f32> = vec3(0.830, 0.808, 0.780);
 const FILL: vec3<f32> = vec3(0.070, 0.076, 0.084);
-const SKY: vec3<f32> = vec3(0.335, 0.345, 0.360);
+const SKY: vec3<f32> = vec3(0.310, 0.320, 0.335);
 const BOUNCE: vec3<f32> = vec3(0.200, 0.195, 0.188);
 
 struct Varying {
@@ -34,26 +34,46 @@ fn vertex(
 }
 
 // Share of the key light, an area light sampled by one sheared shadow layer for each of its points.
-fn key_visibility(world: vec3<f32>, n: vec3<f32>) -> f32 {
+fn key_visibility(pixel: vec2<f32>, world: vec3<f32>, n: vec3<f32>) -> f32 {
     let facing = clamp(dot(n, frame.key.xyz), 0.0, 1.0);
     let offset = frame.key.w * (1.0 + 1.5 * sqrt(1.0 - facing * facing));
     let p = vec4(world + n * offset, 1.0);
+    // where the rim of the light is wholly seen or wholly hidden, so is the rest
     var lit = 0.0;
-    // the first eight points are spread over the whole light: where they agree, so do the others
-    for (var i = 0u; i < 8u; i++) {
-        lit += key_sample(i, p);
+    for (var i = 0u; i < KEY_PROBES; i++) {
+        lit += key_sample(i, p, vec2(0.0));
     }
-    if lit <= 0.0 || lit >= 8.0 {
-        return lit / 8.0;
+    if lit <= 0.0 || lit >= f32(KEY_PROBES) {
+        return lit / f32(KEY_PROBES);
     }
-    for (var i = 8u; i < KEY_LAYERS; i++) {
-        lit += key_sample(i, p);
+    // how far what hides it is, in units of depth: each point stands for its part of the light, and a random place in
+    // that part hides the steps between points
+    var distance = 0.0;
+    var hits = 1e-4;
+    let size = vec2<f32>(textureDimensions(key_map));
+    for (var i = 0u; i < KEY_PROBES; i++) {
+        let uv = vec2(dot(lights.key[i].u, p), dot(lights.key[i].v, p));
+        let gap = dot(lights.key[i].depth, p) - textureLoad(key_map, vec2<i32>(clamp(uv, vec2(0.0), vec2(0.999)) * size), i, 0);
+        if gap > 0.0 {
+            distance += gap;
+            hits += 1.0;
+        }
+    }
+    // none of it at the border to full light and full shadow, where the probes alone decide
+    let part = lit / f32(KEY_PROBES);
+    let reach = frame.occlusion.zw * (distance / hits * min(1.0, 8.0 * part * (1.0 - part)));
+    let noise = white_noise(pixel);
+    lit = 0.0;
+    for (var i = 0u; i < KEY_LAYERS; i++) {
+        let angle = 6.2831853 * fract(noise.x + f32(i) * 0.61803399);
+        let radius = sqrt(fract(noise.y + f32(i) * 0.75487767));
+        lit += key_sample(i, p, reach * radius * vec2(cos(angle), sin(angle)));
     }
     return lit / f32(KEY_LAYERS);
 }
 
-fn key_sample(i: u32, p: vec4<f32>) -> f32 {
-    let uv = vec2(dot(lights.key[i].u, p), dot(lights.key[i].v, p));
+fn key_sample(i: u32, p: vec4<f32>, shift: vec2<f32>) -> f32 {
+    let uv = vec2(dot(lights.key[i].u, p), dot(lights.key[i].v, p)) + shift;
     let depth = clamp(dot(lights.key[i].depth, p), 0.0, 1.0);
     let lit = textureSampleCompareLevel(key_map, compare, uv, i, depth);
     return select(lit, 1.0, any(uv < vec2(0.0)) || any(uv > vec2(1.0)));
@@ -141,7 +161,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let nl = clamp(dot(n, l), 0.0, 1.0);
     var lit = 0.0;
     if nl > 0.0 {
-        lit = key_visibility(in.world, n);
+        lit = key_visibility(in.clip.xy, in.world, n);
     }
     let up = 0.5 + 0.5 * n.z;
     // light that comes back from bright neighbours lifts the occlusion of bright surfaces (Jimenez et al. 2016)
@@ -184,9 +204,11 @@ fn floor_fragment(in: FloorVarying) -> @location(0) vec4<f32> {
     var share = vec3(1.0);
     if toward.z > 0.0 {
         let seen = occlusion_at(in.clip.xy, -(frame.view_from_world * vec4(in.world, 1.0)).z, n);
-        let lit = key_visibility(in.world, n);
+        let lit = key_visibility(in.clip.xy, in.world, n);
         let key = KEY * frame.key.z;
-        share = (key * lit + SKY * seen.x * seen.y) / (key + SKY);
+        // the last few hundredths are the steps between the sky's layers, which a bare floor would show
+        let sky = min(1.0, 1.04 * seen.x) * seen.y;
+        share = (key * lit + SKY * sky) / (key + SKY);
         let pool = exp(-60.0 * far * far);
         share *= 1.0 + 0.10 * pool;
     }

@@ -1,18 +1,18 @@
 //! Where the studio's light comes from, and the shadow layers that sample it.
 //!
-//! The key light is an area: 32 points of a disc, each with its own shadow layer, whose mean is the soft shadow itself,
-//! sharp where things touch and wide where they are far. The sky is 48 directions over the upper half space.
+//! The key light is an area: 64 points of a disc, each with its own shadow layer, whose mean is the soft shadow itself,
+//! sharp where things touch and wide where they are far. The sky is 64 directions over the upper half space.
 use std::f64::consts::TAU;
 
 use bytemuck::{Pod, Zeroable};
 use nalgebra::{Point3, Vector3};
 
 /// Shadow layers of the key light.
-pub(super) const KEY_LAYERS: usize = 32;
+pub(super) const KEY_LAYERS: usize = 64;
 /// Shadow layers of the sky.
-pub(super) const DOME_LAYERS: usize = 48;
+pub(super) const DOME_LAYERS: usize = 64;
 /// Edge of a key layer, texels.
-pub(super) const KEY_SIZE: u32 = 1024;
+pub(super) const KEY_SIZE: u32 = 768;
 /// Edge of a sky layer, texels.
 pub(super) const DOME_SIZE: u32 = 384;
 /// Radius of the key light seen from the scene, as the tangent of its angle.
@@ -41,26 +41,42 @@ pub(super) struct Lights {
 pub(super) struct Lighting {
     /// Layers.
     pub lights: Lights,
+    /// Where the lights are.
+    pub studio: Studio,
+    /// Spacing of the key light's points as u and v for each unit of depth.
+    pub key_spacing: [f64; 2],
     /// Edge of a key texel, m.
     pub key_texel: f64,
     /// Edge of the coarsest sky texel, m.
     pub dome_texel: f64,
 }
 
-/// Unit direction to the key light: high, over the viewer's left shoulder in the front view of a robot that faces +x.
-pub(super) fn key_direction() -> Vector3<f64> {
-    Vector3::new(0.50, -0.42, 1.0).normalize()
+/// Directions of the lights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Studio {
+    /// Unit direction to the key light: high, on the right of one who faces the scene.
+    pub key: Vector3<f64>,
+    /// Unit direction to the fill light: low, on the left.
+    pub fill: Vector3<f64>,
 }
 
-/// Unit direction to the fill light.
-pub(super) fn fill_direction() -> Vector3<f64> {
-    Vector3::new(0.35, 0.85, 0.35).normalize()
+impl Studio {
+    /// Lights for a scene that is mostly seen from the horizontal direction `facing` (any length; +x when it is none).
+    pub fn facing(facing: &Vector3<f64>) -> Self {
+        let azimuth = if facing.xy().norm() > 1e-9 { facing.y.atan2(facing.x) } else { 0.0 };
+        let toward = |turn_deg: f64, elevation_deg: f64| {
+            let (s, c) = (azimuth + turn_deg.to_radians()).sin_cos();
+            let (up, out) = elevation_deg.to_radians().sin_cos();
+            Vector3::new(out * c, out * s, up)
+        };
+        Studio { key: toward(35.0, 50.0), fill: toward(-75.0, 25.0) }
+    }
 }
 
 impl Lighting {
     /// Layers that just hold all `casters` (m, world).
-    pub fn around(casters: &[Point3<f32>]) -> Self {
-        let l = key_direction();
+    pub fn around(casters: &[Point3<f32>], studio: Studio) -> Self {
+        let l = studio.key;
         let (x, y) = axes(&l);
         let (_, depth) = extent(casters, |p| -p.dot(&l), 0.0, |_| 0.0);
         let middle = -0.5 * (depth[0] + depth[1]);
@@ -88,7 +104,9 @@ impl Lighting {
             layer((x, 0.0, across), (y, 0.0, along), (-l, depth), l)
         });
         let key_texel = (across[1] - across[0]).max(along[1] - along[0]) / f64::from(KEY_SIZE);
-        Lighting { lights: Lights { key, dome }, key_texel, dome_texel }
+        let spacing = KEY_RADIUS * (2.0 / KEY_LAYERS as f64).sqrt() * (depth[1] - depth[0]);
+        let key_spacing = [spacing / (across[1] - across[0]), spacing / (along[1] - along[0])];
+        Lighting { lights: Lights { key, dome }, studio, key_spacing, key_texel, dome_texel }
     }
 }
 
@@ -136,11 +154,11 @@ fn axes(l: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (x, l.cross(&x))
 }
 
-/// Point `i` of the key light's unit disc: a golden-angle spiral, dealt so that the first eight span the whole disc.
+/// Point `i` of the key light's unit disc: a golden-angle spiral from the rim inwards, so that the first few lie all
+/// round the rim.
 fn disc(i: usize) -> [f64; 2] {
-    let order = (i % 8) * (KEY_LAYERS / 8) + (KEY_LAYERS / 8 - 1 - i / 8);
-    let r = ((order as f64 + 0.5) / KEY_LAYERS as f64).sqrt();
-    let (s, c) = (order as f64 * TAU * 0.618_033_988_75).sin_cos();
+    let r = ((KEY_LAYERS as f64 - 0.5 - i as f64) / KEY_LAYERS as f64).sqrt();
+    let (s, c) = (i as f64 * TAU * 0.618_033_988_75).sin_cos();
     [r * c, r * s]
 }
 
@@ -160,7 +178,7 @@ mod tests {
     fn every_layer_holds_every_caster() {
         let casters: Vec<Point3<f32>> =
             (0..8).map(|i| Point3::new((i & 1) as f32, (i >> 1 & 1) as f32 * 0.4, (i >> 2) as f32 * 1.3)).collect();
-        let lighting = Lighting::around(&casters);
+        let lighting = Lighting::around(&casters, Studio::facing(&Vector3::x()));
         for layer in lighting.lights.key.iter().chain(&lighting.lights.dome) {
             for p in &casters {
                 for row in [layer.u, layer.v, layer.depth] {
@@ -172,10 +190,11 @@ mod tests {
     }
 
     #[test]
-    fn the_first_points_span_the_light() {
-        let r: Vec<f64> = (0..8).map(|i| disc(i)[0].hypot(disc(i)[1])).collect();
-        assert!(r.iter().any(|r| *r < 0.4) && r.iter().filter(|r| **r > 0.7).count() >= 3, "{r:?}");
-        let all: std::collections::BTreeSet<u64> = (0..KEY_LAYERS).map(|i| disc(i)[0].to_bits()).collect();
-        assert_eq!(all.len(), KEY_LAYERS);
+    fn the_first_points_lie_all_round_the_rim() {
+        let mut angles: Vec<f64> = (0..13).map(|i| disc(i)[1].atan2(disc(i)[0])).collect();
+        angles.sort_by(f64::total_cmp);
+        angles.push(angles[0] + TAU);
+        assert!(angles.windows(2).all(|w| w[1] - w[0] < 0.75), "{angles:?}");
+        assert!((0..13).all(|i| disc(i)[0].hypot(disc(i)[1]) > 0.89));
     }
 }

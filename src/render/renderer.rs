@@ -3,7 +3,7 @@ use nalgebra::{Matrix4, Point3, Vector3};
 use wgpu::{BindGroupLayout, BindingResource, BufferUsages, TextureView};
 
 use super::gpu::{BUFFER_LIMIT, Gpu};
-use super::light::{self, DOME_LAYERS, DOME_SIZE, KEY_LAYERS, KEY_SIZE, Layer, Lighting};
+use super::light::{DOME_LAYERS, DOME_SIZE, KEY_LAYERS, KEY_SIZE, Layer, Lighting, Studio};
 use super::passes::{DEPTH, Frame, GEOMETRY, HDR, OCCLUSION, PICTURE, Passes, SAMPLES, SHADOW, SurfaceVertex};
 use super::view::NEAR;
 use super::{Item, Pixels, RenderError, RenderScene, View};
@@ -65,7 +65,7 @@ impl Renderer {
     pub fn prepare(&self, scene: &RenderScene) -> Result<PreparedScene, RenderError> {
         let (vertices, triangles) = bake(&scene.items);
         let casters: Vec<Point3<f32>> = vertices.iter().map(|v| Point3::from(v.position)).collect();
-        let lighting = Lighting::around(&casters);
+        let lighting = Lighting::around(&casters, Studio::facing(&scene.facing));
         let bounds = casters.iter().fold((Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3])), |(lo, hi), p| {
             (lo.inf(&p.cast()), hi.sup(&p.cast()))
         });
@@ -302,10 +302,10 @@ fn frame(scene: &PreparedScene, view: &View) -> Result<Frame, RenderError> {
         view_from_world: f(&view_from_world),
         eye: with(view.eye.coords, view.tan_half()),
         screen: [w as f32, h as f32, (w / h) as f32, NEAR as f32],
-        key: with(light::key_direction(), scene.lighting.key_texel),
-        fill: with(light::fill_direction(), scene.lighting.dome_texel),
+        key: with(scene.lighting.studio.key, scene.lighting.key_texel),
+        fill: with(scene.lighting.studio.fill, scene.lighting.dome_texel),
         ground: [middle.x as f32, middle.y as f32, floor as f32, (8.0 * diagonal).max(4.0) as f32],
-        occlusion: [reach as f32, 0.0, 0.0, 0.0],
+        occlusion: [reach as f32, 0.0, scene.lighting.key_spacing[0] as f32, scene.lighting.key_spacing[1] as f32],
     })
 }
 
@@ -360,4 +360,149 @@ fn screen(
     pass.set_bind_group(0, frame, &[]);
     pass.set_bind_group(1, group, &[]);
     pass.draw(0..3, 0..1);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ink::InkPoint;
+    use crate::math::{Pose, Rgb};
+    use crate::render::{Material, Ribbons, Surface};
+    use nalgebra::Point2;
+    use std::sync::Arc;
+
+    /// A renderer, or `None` with a note on a machine without any driver.
+    fn renderer() -> Option<Renderer> {
+        match Renderer::new() {
+            Ok(r) => Some(r),
+            Err(RenderError::NoAdapter) => {
+                println!("not tested: {}", RenderError::NoAdapter);
+                None
+            }
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    fn line(from: [f64; 2], to: [f64; 2], width: f64) -> Vec<InkPoint> {
+        let at = |i: u32| {
+            let s = f64::from(i) / 200.0;
+            let p = Point2::new(from[0] + (to[0] - from[0]) * s, from[1] + (to[1] - from[1]) * s);
+            InkPoint {
+                position: Point3::new(p.x, p.y, 0.101),
+                normal: Vector3::z(),
+                sheet: p,
+                width,
+                density: 1.0,
+                time: s,
+            }
+        };
+        (0..=200).map(at).collect()
+    }
+
+    /// A white slab with a line on it, and a ball beside it on the floor.
+    fn scene() -> RenderScene {
+        let item = |surface, x: f64, y: f64, z: f64, material| Item {
+            surface: Arc::new(surface),
+            world_from_item: Pose::translation(x, y, z),
+            material,
+        };
+        let mut ink = Ribbons::default();
+        ink.add(&line([-0.15, 0.0], [0.15, 0.0], 0.01), Rgb([20, 20, 30]));
+        ink.add(&line([-0.15, 0.08], [0.15, 0.08], 0.0008), Rgb([20, 20, 30]));
+        ink.add(&line([-0.1, -0.05], [-0.1, 0.05], 0.01), Rgb([20, 20, 30]));
+        RenderScene {
+            items: vec![
+                item(
+                    Surface::cuboid(Vector3::new(0.4, 0.4, 0.001)),
+                    0.0,
+                    0.0,
+                    0.1005,
+                    Material::paper(Rgb([245, 245, 240])),
+                ),
+                item(Surface::sphere(0.1), 0.0, -0.5, 0.1, Material::painted(Rgb([230, 120, 30]))),
+            ],
+            ink,
+            floor: Some(0.0),
+            facing: Vector3::x(),
+        }
+    }
+
+    fn above(width_px: u32, height_px: u32) -> View {
+        View {
+            eye: Point3::new(0.4, -0.3, 2.2),
+            target: Point3::new(0.0, -0.2, 0.0),
+            up: Vector3::y(),
+            fov_deg: 40.0,
+            width_px,
+            height_px,
+        }
+    }
+
+    /// Mean of the three channels where a world point lands.
+    fn brightness(picture: &Pixels, view: &View, p: [f64; 3]) -> f64 {
+        let [x, y] = view.pixel_of(&Point3::from(p)).expect("before the camera");
+        let at = (y as usize * picture.width as usize + x as usize) * 3;
+        picture.rgb[at..at + 3].iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0
+    }
+
+    #[test]
+    fn a_picture_shows_shadow_ink_and_background_and_is_the_same_twice() {
+        let Some(renderer) = renderer() else { return };
+        let scene = scene();
+        // a width whose rows need padding to be read back
+        let view = above(403, 300);
+        let picture = renderer.render(&scene, &view).unwrap();
+        assert_eq!(picture.rgb.len(), 403 * 300 * 3);
+        assert_eq!(picture, renderer.render(&scene, &view).unwrap());
+
+        let at = |p| brightness(&picture, &view, p);
+        let light = Studio::facing(&scene.facing).key;
+        let shaded = Vector3::new(0.0, -0.5, 0.1) - light * (0.1 / light.z);
+        let (shadow, floor) = (at([shaded.x, shaded.y, 0.0]), at([0.45, 0.3, 0.0]));
+        assert!(shadow < floor - 25.0, "shadow {shadow}, floor {floor}");
+        // the slab floats above the floor and shades it too, but its own top is lit
+        let (paper, ink) = (at([0.05, 0.14, 0.101]), at([0.05, 0.0, 0.101]));
+        assert!(paper > 215.0 && ink < 0.35 * paper, "paper {paper}, ink {ink}");
+        let crossing = at([-0.1, 0.0, 0.101]);
+        assert!(crossing <= ink, "crossing {crossing}, ink {ink}");
+        // the thin line is a seventh of a pixel wide here: it is seen, but faintly
+        let thin = (-12..=12).map(|k| at([0.05, 0.08 + f64::from(k) * 0.0005, 0.101])).fold(f64::MAX, f64::min);
+        assert!(thin < paper - 4.0 && thin > paper - 90.0, "thin {thin}, paper {paper}");
+        let corner = picture.rgb[..3].iter().all(|c| (205..=245).contains(c));
+        assert!(corner, "background {:?}", &picture.rgb[..3]);
+    }
+
+    #[test]
+    fn an_empty_scene_is_plain_background() {
+        let Some(renderer) = renderer() else { return };
+        let picture = renderer.render(&RenderScene::default(), &above(64, 48)).unwrap();
+        let (lo, hi) = picture.rgb.iter().fold((255, 0), |(lo, hi), c| (lo.min(*c), hi.max(*c)));
+        assert!(lo > 200 && hi < 250, "{lo} {hi}");
+    }
+
+    #[test]
+    fn impossible_sizes_are_refused() {
+        let Some(renderer) = renderer() else { return };
+        for size in [[0, 10], [10, 1_000_000]] {
+            let refused = renderer.render(&RenderScene::default(), &above(size[0], size[1]));
+            assert!(matches!(refused, Err(RenderError::Size { .. })), "{refused:?}");
+        }
+    }
+
+    #[test]
+    fn splitting_keeps_every_triangle() {
+        let vertices: Vec<u32> = (0..1000).collect();
+        let triangles: Vec<[u32; 3]> = (0..998).map(|i| [i, i + 1, i + 2]).collect();
+        let chunks = split(&vertices, &triangles, 400);
+        assert!(chunks.len() > 10);
+        assert!(chunks.iter().all(|(v, t)| v.len() * 4 <= 400 && t.len() * 12 <= 400));
+        let back: Vec<[u32; 3]> = chunks.iter().flat_map(|(v, t)| t.iter().map(|t| t.map(|i| v[i as usize]))).collect();
+        assert_eq!(back, triangles);
+    }
+
+    #[test]
+    fn without_an_adapter_the_message_names_the_package() {
+        let message = RenderError::NoAdapter.to_string();
+        assert!(message.contains("mesa-vulkan-drivers") && !message.contains('\n'));
+    }
 }

@@ -39,8 +39,10 @@ pub struct Ribbons {
 const ROUND_FROM: f64 = 0.35;
 /// Largest distance from the drawn line that thinning may cause, as a share of its width.
 const THINNING: f64 = 0.04;
-/// Most points that one thinned segment may replace, which bounds the work.
-const THINNING_REACH: usize = 48;
+/// The same, m, which keeps chords of wide lines from diving into a curved canvas.
+const THINNING_MOST: f64 = 5e-5;
+/// Least cosine between the canvas normals at both ends of a segment.
+const LEAST_COSINE: f64 = 0.996;
 
 /// A point of a line after thinning.
 #[derive(Clone, Copy)]
@@ -197,40 +199,35 @@ fn thinned(points: &[InkPoint]) -> Vec<Knot> {
             all.push(knot);
         }
     }
-    let mut kept = Vec::new();
-    let mut from = 0;
-    while from < all.len() {
-        kept.push(all[from]);
-        let mut to = from + 1;
-        while to + 1 < all.len() && to - from < THINNING_REACH && replaceable(&all[from..=to + 1]) {
-            to += 1;
+    // Ramer-Douglas-Peucker with an explicit stack: halves of spans wait on it, the earlier on top
+    let mut kept: Vec<Knot> = all.first().copied().into_iter().collect();
+    let mut spans = if all.len() > 1 { vec![(0, all.len() - 1)] } else { Vec::new() };
+    while let Some((from, to)) = spans.pop() {
+        match worst(&all[from..=to]) {
+            Some(k) => spans.extend([(from + k, to), (from, from + k)]),
+            None => kept.push(all[to]),
         }
-        from = to;
     }
     kept
 }
 
-/// Whether the straight segment between the first and last knot stands for all between them.
-fn replaceable(knots: &[Knot]) -> bool {
+/// The knot for which the straight segment from the first to the last stands least well, when it is too bad there.
+fn worst(knots: &[Knot]) -> Option<usize> {
     let (a, b) = (knots[0], knots[knots.len() - 1]);
     let chord = b.at - a.at;
     let length2 = chord.norm_squared();
-    if length2 <= 0.0 || a.normal.dot(&b.normal) < 0.998 {
-        return false;
-    }
-    let mut last = 0.0;
-    knots[1..knots.len() - 1].iter().all(|k| {
-        let s = (k.at - a.at).dot(&chord) / length2;
-        let ordered = s >= last && s <= 1.0;
-        last = s;
-        let off = (k.at - a.at - chord * s).norm();
+    let bent = a.normal.dot(&b.normal) < LEAST_COSINE;
+    let badness = |k: &Knot| {
+        let s = if length2 > 0.0 { ((k.at - a.at).dot(&chord) / length2).clamp(0.0, 1.0) } else { 0.0 };
+        let off = (k.at - a.at - chord * s).norm() / (2.0 * THINNING * k.half).min(THINNING_MOST);
         let half = a.half + (b.half - a.half) * s;
         let density = a.density + (b.density - a.density) * s;
-        ordered
-            && off <= 2.0 * THINNING * k.half
-            && (half - k.half).abs() <= THINNING * k.half
-            && (density - k.density).abs() <= 0.04 * k.density.max(0.25)
-    })
+        let width = (half - k.half).abs() / (THINNING * k.half);
+        off.max(width).max((density - k.density).abs() / (THINNING * k.density.max(0.25)))
+    };
+    let inner = knots.iter().enumerate().take(knots.len() - 1).skip(1);
+    let worst = inner.map(|(i, k)| (i, badness(k))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if worst.1 > 1.0 { Some(worst.0) } else { bent.then_some(knots.len() / 2) }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What is to be seen: surfaces with materials, ink, and a floor.
 use std::sync::Arc;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::ribbon::Ribbons;
 use super::shape::{DEFAULT_CREASE, Surface};
@@ -44,6 +44,9 @@ pub struct RenderScene {
     pub ink: Ribbons,
     /// Height of the studio floor, m, or `None` for no floor.
     pub floor: Option<f64>,
+    /// Horizontal direction from the scene to those who look at it, which is where the light comes from
+    /// ([`super::Framing::facing`]); zero means +x.
+    pub facing: Vector3<f64>,
 }
 
 impl Material {
@@ -130,7 +133,7 @@ impl RenderScene {
 mod tests {
     use super::*;
     use crate::robot::{LinkModel, SpatialInertia, Visual};
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::Matrix3;
 
     #[test]
     fn visuals_follow_their_link() {

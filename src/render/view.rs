@@ -143,7 +143,7 @@ impl Framing {
 
     /// Horizontal unit direction from the scene to a viewer who sees the drawing: out of a standing canvas, and over
     /// a lying one towards the robot.
-    fn facing(&self) -> Vector3<f64> {
+    pub fn facing(&self) -> Vector3<f64> {
         let flat = |v: Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
         let out = flat(self.world_from_sheet.rotation * Vector3::z());
         let from_robot = flat(self.world_from_sheet.translation.vector - self.robot.coords);
