@@ -3,3 +3,17 @@
 mod drawing_svg;
 
 pub use drawing_svg::drawing_svg;
+mod output;
+mod page;
+mod plan_file;
+mod plot;
+mod record_file;
+#[cfg(test)]
+mod sample;
+mod summary;
+
+pub use output::{OutputDir, OutputError};
+pub use page::{Page, report_html};
+pub use plan_file::{plan_json, plan_npy};
+pub use record_file::{RecordFileError, write_record};
+pub use summary::{duration, metrics_json, summary};

@@ -322,6 +322,7 @@ fn check_control(control: &ControlSettings, check: &Check) -> Result<(), Scenari
     check.above_zero("control.approach_speed_mm_s", control.approach_speed_mm_s, 1000.0)?;
     check.within("control.nullspace_stiffness_nm_rad", control.nullspace_stiffness_nm_rad, 0.0, 1e4)?;
     check.within("control.nullspace_damping_ratio", control.nullspace_damping_ratio, 0.0, 5.0)?;
+    check.within("control.believed_friction", control.believed_friction, 0.0, 2.0)?;
     check.within("control.torque_noise_nm", control.torque_noise_nm, 0.0, 100.0)?;
     check.within("control.delay_ms", control.delay_ms, 0.0, 100.0)?;
     check.above_zero("control.torque_rate_nm_ms", control.torque_rate_nm_ms, 1e4)
@@ -351,10 +352,10 @@ fn check_render(render: &RenderSettings, check: &Check) -> Result<(), ScenarioEr
         names.push(&camera.name);
     }
     for view in &render.views {
-        if !names.contains(&view.as_str()) {
-            let message = match config::nearest(view, names.iter().copied()) {
+        if !VIEWS.contains(&view.as_str()) {
+            let message = match config::nearest(view, VIEWS) {
                 Some(near) => format!("no view `{view}`: did you mean `{near}`?"),
-                None => format!("no view `{view}`: known are {}", names.join(", ")),
+                None => format!("no view `{view}`: known are {}", VIEWS.join(", ")),
             };
             return Err(check.sentence("render.views", message));
         }

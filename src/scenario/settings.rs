@@ -96,8 +96,10 @@ pub struct ControlSettings {
     pub nullspace_stiffness_nm_rad: f64,
     /// Damping ratio of the posture in the nullspace.
     pub nullspace_damping_ratio: f64,
-    /// Add the joint friction that the model expects to the torques.
+    /// Push along the stroke by the friction that the pen will feel, so that the line doesn't lag.
     pub friction_feedforward: bool,
+    /// Coulomb friction between nib and canvas that the robot believes in.
+    pub believed_friction: f64,
     /// Standard deviation of the noise on measured joint torques, N m.
     pub torque_noise_nm: f64,
     /// Age of the state that the law sees, ms.
@@ -117,9 +119,10 @@ impl Default for ControlSettings {
             nullspace_stiffness_nm_rad: 20.0,
             nullspace_damping_ratio: 0.7,
             friction_feedforward: true,
+            believed_friction: 0.3,
             torque_noise_nm: 0.0,
             delay_ms: 0.0,
-            torque_rate_nm_ms: 1.0,
+            torque_rate_nm_ms: 3.0,
         }
     }
 }
@@ -141,7 +144,7 @@ impl Default for SimSettings {
 }
 
 /// Names of the views that need no `[[render.camera]]`.
-pub const VIEWS: [&str; 2] = ["hero", "front"];
+pub const VIEWS: [&str; 5] = ["front", "hero", "top", "side", "canvas"];
 
 /// `[render]`: pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -149,7 +152,8 @@ pub const VIEWS: [&str; 2] = ["hero", "front"];
 pub struct RenderSettings {
     /// Longest side of drawing.png, pixels.
     pub drawing_px: u32,
-    /// Views of the scene to render, each to `view-NAME.png`: `hero`, `front`, or the name of a camera below.
+    /// Views of the scene to render, each to `view-NAME.png`: `front`, `hero`, `top`, `side`,
+    /// `canvas`. The cameras below are rendered too.
     pub views: Vec<String>,
     /// Width and height of the views, pixels.
     pub view_px: [u32; 2],
@@ -160,7 +164,12 @@ pub struct RenderSettings {
 
 impl Default for RenderSettings {
     fn default() -> Self {
-        Self { drawing_px: 4096, views: VIEWS.map(str::to_string).to_vec(), view_px: [1600, 1200], cameras: Vec::new() }
+        Self {
+            drawing_px: 4096,
+            views: vec!["hero".into(), "front".into()],
+            view_px: [1600, 1200],
+            cameras: Vec::new(),
+        }
     }
 }
 

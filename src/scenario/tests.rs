@@ -50,7 +50,7 @@ fn the_resolved_file_gives_the_same_scenario_anywhere() {
     let house = House::new();
     let text = format!(
         "name = 'a \"name\"'\nseed = 7\n{SHORT}offset_mm = [1, -2.5]\n[pen.inks]\n'#AABBCC' = 'marker'\nsky = 'marker'\n\
-         [render]\nviews = ['top']\n[[render.camera]]\nname = 'top'\neye_mm = [0, 0, 900]\ntarget_mm = [600, 0, 0]\n\
+         [render]\nviews = ['top']\n[[render.camera]]\nname = 'above'\neye_mm = [0, 0, 900]\ntarget_mm = [600, 0, 0]\n\
          [accept]\n'line.error_mean_mm' = {{ max = 0.2 }}\n"
     );
     let first = house.parse(&text, &["control.speed_mm_s=33.3"]).unwrap();
