@@ -1,5 +1,6 @@
 //! Robots: URDF to model; kinematics, dynamics and collision capsules.
 
+mod clearance;
 mod dynamics;
 mod enclose;
 mod error;
@@ -8,6 +9,7 @@ mod kinematics;
 mod model;
 pub mod urdf;
 
+pub use clearance::{LinkPairs, SelfClearance, segment_distance};
 pub use dynamics::{GRAVITY, JointMatrix};
 pub use error::RobotError;
 pub use kinematics::{Jacobian, Kinematics};
