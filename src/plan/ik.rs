@@ -314,13 +314,15 @@ fn solve_damped(a: &Matrix5<f64>, b: &Vector5<f64>) -> Vector5<f64> {
         let mut y = *b;
         for r in 0..5 {
             for k in 0..r {
-                y[r] -= l[(r, k)] * y[k];
+                let known = y[k];
+                y[r] -= l[(r, k)] * known;
             }
             y[r] /= l[(r, r)];
         }
         for r in (0..5).rev() {
             for k in r + 1..5 {
-                y[r] -= l[(k, r)] * y[k];
+                let known = y[k];
+                y[r] -= l[(k, r)] * known;
             }
             y[r] /= l[(r, r)];
         }

@@ -2,15 +2,21 @@
 
 mod ik;
 mod options;
+mod reach;
 mod segment;
 mod spline;
+mod surroundings;
+mod timing;
 mod trajectory;
+mod waypoint;
 
 pub use ik::{AXIS_TOLERANCE, IkFailure, IkSolution, IkSolver, POSITION_TOLERANCE, PenTarget, Posture, dexterity};
 pub use options::{MotionLimits, PlanOptions};
+pub use reach::{Obstruction, ReachReport, Unreachable};
 pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
 pub use spline::{JointSpline, SplinePoint};
-pub use trajectory::{Knot, MotionSample, Trajectory};
+pub use surroundings::{Contact, PenUse, Room, Surroundings};
+pub use trajectory::{Knot, MotionPeaks, MotionSample, Trajectory};
 
 #[cfg(test)]
 mod arms;

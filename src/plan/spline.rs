@@ -52,7 +52,8 @@ impl JointSpline {
                 m[i] = (rhs - m[i - 1] * lower) / pivot;
             }
             for i in (1..n - 2).rev() {
-                m[i] -= m[i + 1] * upper[i];
+                let known = m[i + 1] * upper[i];
+                m[i] -= known;
             }
             m[0] = m[1];
             m[n - 1] = m[n - 2];

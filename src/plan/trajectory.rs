@@ -79,27 +79,82 @@ impl Trajectory {
             i += 1;
         }
         *cursor = i;
-        quintic(&self.knots[i], &self.knots[i + 1], time)
+        Quintic::new(&self.knots[i], &self.knots[i + 1]).at(time - self.knots[i].time)
     }
 }
 
-/// The quintic Hermite polynomial between two knots, evaluated at `time`.
-fn quintic(a: &Knot, b: &Knot, time: f64) -> MotionSample {
-    let h = b.time - a.time;
-    let t = time - a.time;
-    // p(t) = q + qd t + qdd t^2/2 + c3 t^3 + c4 t^4 + c5 t^5, with c3..c5 from the end conditions
-    let dq = b.q - a.q - a.qd * h - a.qdd * (0.5 * h * h);
-    let dv = b.qd - a.qd - a.qdd * h;
-    let da = b.qdd - a.qdd;
-    let (h2, h3) = (h * h, h * h * h);
-    let c3 = (dq * 10.0 - dv * (4.0 * h) + da * (0.5 * h2)) / h3;
-    let c4 = (dq * -15.0 + dv * (7.0 * h) - da * h2) / (h3 * h);
-    let c5 = (dq * 6.0 - dv * (3.0 * h) + da * (0.5 * h2)) / (h3 * h2);
-    let (t2, t3) = (t * t, t * t * t);
-    MotionSample {
-        q: a.q + a.qd * t + a.qdd * (0.5 * t2) + c3 * t3 + c4 * (t3 * t) + c5 * (t3 * t2),
-        qd: a.qd + a.qdd * t + c3 * (3.0 * t2) + c4 * (4.0 * t3) + c5 * (5.0 * t2 * t2),
-        qdd: a.qdd + c3 * (6.0 * t) + c4 * (12.0 * t2) + c5 * (20.0 * t3),
+/// The largest absolute values of a motion, joint by joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionPeaks {
+    /// Joint speed, rad/s.
+    pub speed: JointVector,
+    /// Joint acceleration, rad/s2.
+    pub acceleration: JointVector,
+    /// Joint jerk, rad/s3.
+    pub jerk: JointVector,
+}
+
+impl Trajectory {
+    /// Peaks over the whole motion, looked at five times between every two knots.
+    pub fn peaks(&self) -> MotionPeaks {
+        MotionPeaks::of(&self.knots)
+    }
+}
+
+impl MotionPeaks {
+    pub(crate) fn of(knots: &[Knot]) -> Self {
+        let zero = JointVector::zeros();
+        let mut peaks = Self { speed: zero, acceleration: zero, jerk: zero };
+        for w in knots.windows(2) {
+            let quintic = Quintic::new(&w[0], &w[1]);
+            for i in 0..5 {
+                let t = f64::from(i) * 0.25 * (w[1].time - w[0].time);
+                let m = quintic.at(t);
+                peaks.speed = peaks.speed.sup(&m.qd.abs());
+                peaks.acceleration = peaks.acceleration.sup(&m.qdd.abs());
+                peaks.jerk = peaks.jerk.sup(&quintic.jerk(t).abs());
+            }
+        }
+        peaks
+    }
+}
+
+/// The quintic Hermite polynomial between two knots,
+/// `p(t) = q + qd t + qdd t^2 / 2 + c3 t^3 + c4 t^4 + c5 t^5`, with `t` from the first.
+struct Quintic<'a> {
+    start: &'a Knot,
+    c3: JointVector,
+    c4: JointVector,
+    c5: JointVector,
+}
+
+impl<'a> Quintic<'a> {
+    fn new(a: &'a Knot, b: &Knot) -> Self {
+        let h = b.time - a.time;
+        let dq = b.q - a.q - a.qd * h - a.qdd * (0.5 * h * h);
+        let dv = b.qd - a.qd - a.qdd * h;
+        let da = b.qdd - a.qdd;
+        let (h2, h3) = (h * h, h * h * h);
+        Self {
+            start: a,
+            c3: (dq * 10.0 - dv * (4.0 * h) + da * (0.5 * h2)) / h3,
+            c4: (dq * -15.0 + dv * (7.0 * h) - da * h2) / (h3 * h),
+            c5: (dq * 6.0 - dv * (3.0 * h) + da * (0.5 * h2)) / (h3 * h2),
+        }
+    }
+
+    fn at(&self, t: f64) -> MotionSample {
+        let a = self.start;
+        let (t2, t3) = (t * t, t * t * t);
+        MotionSample {
+            q: a.q + a.qd * t + a.qdd * (0.5 * t2) + self.c3 * t3 + self.c4 * (t3 * t) + self.c5 * (t3 * t2),
+            qd: a.qd + a.qdd * t + self.c3 * (3.0 * t2) + self.c4 * (4.0 * t3) + self.c5 * (5.0 * t2 * t2),
+            qdd: a.qdd + self.c3 * (6.0 * t) + self.c4 * (12.0 * t2) + self.c5 * (20.0 * t3),
+        }
+    }
+
+    fn jerk(&self, t: f64) -> JointVector {
+        self.c3 * 6.0 + self.c4 * (24.0 * t) + self.c5 * (60.0 * t * t)
     }
 }
 

@@ -1,0 +1,202 @@
+//! What the arm must not touch: the believed canvas, the furniture and itself.
+use nalgebra::Point3;
+
+use crate::mesh::TriMesh;
+use crate::plan::PlanOptions;
+use crate::robot::{ArmModel, Capsule, JointKind, JointVector, Kinematics, LinkPairs, MAX_DOF};
+
+/// Whether the nib may be on the canvas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PenUse {
+    /// The pen must stay off the canvas like any other part.
+    Travelling,
+    /// The last millimetres of the pen may touch the canvas.
+    Drawing,
+}
+
+/// Two things that are near each other. Links count from the base, 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// A link and the canvas.
+    Canvas {
+        /// Index of the link.
+        link: usize,
+    },
+    /// A link and a piece of furniture.
+    Obstacle {
+        /// Index of the link.
+        link: usize,
+        /// Index of the obstacle.
+        obstacle: usize,
+    },
+    /// Two links.
+    Links {
+        /// The one nearer to the base.
+        first: usize,
+        /// The other.
+        second: usize,
+    },
+}
+
+/// How much room there is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Room {
+    /// Least distance less the margin that is to be kept there, m; negative where a margin is entered. Never above
+    /// [`Room::HORIZON`], beyond which nothing is looked at.
+    pub excess: f64,
+    /// What is nearest, if anything is within the horizon.
+    pub contact: Option<Contact>,
+}
+
+impl Room {
+    /// Distance beyond the margin that counts as far, m.
+    pub const HORIZON: f64 = 0.1;
+
+    /// All margins are kept.
+    pub fn is_clear(&self) -> bool {
+        self.excess >= 0.0
+    }
+}
+
+/// An arm in its surroundings, as far as they are believed.
+pub struct Surroundings<'a> {
+    arm: &'a ArmModel,
+    canvas: &'a TriMesh,
+    obstacles: &'a [TriMesh],
+    pairs: LinkPairs,
+    canvas_margin: f64,
+    self_margin: f64,
+    press_depth: f64,
+    /// Index of the pen's capsule among those of the last link.
+    pen: Option<usize>,
+    /// Largest distance of any point of the arm from each joint's axis, m (1 for sliding joints).
+    reach: JointVector,
+}
+
+/// Extra length at the nib that is not looked at while it draws, m.
+const NIB_SLACK: f64 = 0.003;
+
+impl<'a> Surroundings<'a> {
+    /// Puts `arm` among a canvas and obstacles (world frame).
+    pub fn new(arm: &'a ArmModel, canvas: &'a TriMesh, obstacles: &'a [TriMesh], options: &PlanOptions) -> Self {
+        let tip = Point3::from(arm.last_from_tip.translation.vector);
+        let gap = |c: &Capsule| crate::robot::segment_distance(&c.a, &c.b, &tip, &tip) - c.radius;
+        let last = arm.links.last().map_or(&[][..], |l| &l.capsules);
+        let pen = (0..last.len()).filter(|i| gap(&last[*i]) < 0.02).min_by(|a, b| gap(&last[*a]).total_cmp(&gap(&last[*b])));
+        let mut beyond = tip.coords.norm();
+        let mut reach = JointVector::zeros();
+        for i in (0..arm.dof()).rev() {
+            for c in &arm.links[i + 1].capsules {
+                beyond = beyond.max(c.radius + c.a.coords.norm().max(c.b.coords.norm()));
+            }
+            reach[i] = match arm.joints[i].kind {
+                JointKind::Revolute => beyond,
+                JointKind::Prismatic => {
+                    beyond += arm.joints[i].lower.abs().max(arm.joints[i].upper.abs());
+                    1.0
+                }
+            };
+            beyond += arm.joints[i].parent_from_joint.translation.vector.norm();
+        }
+        Self {
+            arm,
+            canvas,
+            obstacles,
+            pairs: LinkPairs::new(arm),
+            canvas_margin: options.canvas_margin,
+            self_margin: options.self_margin,
+            press_depth: options.press_depth,
+            pen,
+            reach,
+        }
+    }
+
+    /// The arm.
+    pub fn arm(&self) -> &'a ArmModel {
+        self.arm
+    }
+
+    /// No point of the arm moves farther than this when the joints move by `dq`, m.
+    pub fn motion_bound(&self, dq: &JointVector) -> f64 {
+        (0..MAX_DOF).map(|i| dq[i].abs() * self.reach[i]).sum()
+    }
+
+    /// Room of the arm at `k`; no allocation. The base, link 0, may stand on whatever it stands on.
+    pub fn room(&self, k: &Kinematics, pen_use: PenUse) -> Room {
+        let itself = self.pairs.clearance(self.arm, k);
+        let mut room = Room { excess: Room::HORIZON, contact: None };
+        if let Some((first, second)) = itself.links
+            && itself.distance - self.self_margin < room.excess
+        {
+            room = Room { excess: itself.distance - self.self_margin, contact: Some(Contact::Links { first, second }) };
+        }
+        let last = self.arm.links.len() - 1;
+        for (link, model) in self.arm.links.iter().enumerate().skip(1) {
+            for (i, capsule) in model.capsules.iter().enumerate() {
+                let is_pen = link == last && self.pen == Some(i);
+                let (a, b) = (k.world_from_link(link) * capsule.a, k.world_from_link(link) * capsule.b);
+                for (obstacle, mesh) in self.obstacles.iter().enumerate() {
+                    let contact = Contact::Obstacle { link, obstacle };
+                    nearer(mesh, &a, &b, capsule.radius + self.canvas_margin, contact, &mut room);
+                }
+                let trimmed = if is_pen { self.trim(capsule, pen_use).map(|c| c.transformed(k.world_from_link(link))) } else { Some(Capsule { a, b, radius: capsule.radius }) };
+                if let Some(c) = trimmed {
+                    nearer(self.canvas, &c.a, &c.b, c.radius + self.canvas_margin, Contact::Canvas { link }, &mut room);
+                }
+            }
+        }
+        room
+    }
+
+    /// The pen's capsule, in the last link's frame, cut back so that it ends at the tip, or short of it by as much as may touch the canvas.
+    fn trim(&self, capsule: &Capsule, pen_use: PenUse) -> Option<Capsule> {
+        let axis = self.arm.last_from_tip.rotation * nalgebra::Vector3::z();
+        let tip = self.arm.last_from_tip.translation.vector;
+        let allowed = match pen_use {
+            PenUse::Travelling => 0.0,
+            PenUse::Drawing => -(self.press_depth + self.canvas_margin + NIB_SLACK),
+        };
+        // heights of the two ends over the tip, along the pen; the ball round an end reaches `radius` farther
+        let level = |p: &Point3<f64>| axis.dot(&(p.coords - tip)) + capsule.radius - allowed;
+        let (la, lb) = (level(&capsule.a), level(&capsule.b));
+        if la <= 0.0 && lb <= 0.0 {
+            return Some(*capsule);
+        }
+        if la > 0.0 && lb > 0.0 {
+            return None;
+        }
+        let cut = capsule.a + (capsule.b - capsule.a) * (la / (la - lb));
+        Some(if la > 0.0 { Capsule { a: cut, ..*capsule } } else { Capsule { b: cut, ..*capsule } })
+    }
+
+    /// What is first too near on the straight joint motion from `a` to `b`, or `None` when all of it is clear.
+    ///
+    /// Each look says how far the arm may move before it could enter a margin; the next look is no farther on than
+    /// that, so nothing slips between two looks. Where there is hardly any room it looks every [`FINEST`] m.
+    pub fn obstruction(&self, a: &JointVector, b: &JointVector, pen_use: PenUse) -> Option<(f64, Room)> {
+        let whole = self.motion_bound(&(b - a));
+        let mut u = 0.0;
+        loop {
+            let room = self.room(&self.arm.kinematics(&(a + (b - a) * u)), pen_use);
+            if !room.is_clear() {
+                return Some((u, room));
+            }
+            if u >= 1.0 {
+                return None;
+            }
+            u = (u + room.excess.max(FINEST) / whole.max(1e-9)).min(1.0);
+        }
+    }
+}
+
+/// Shortest step of the arm between two looks, m.
+pub const FINEST: f64 = 0.002;
+
+/// Lowers `room` to the distance of `mesh` from the segment, less `margin`, when that is less.
+fn nearer(mesh: &TriMesh, a: &Point3<f64>, b: &Point3<f64>, margin: f64, contact: Contact, room: &mut Room) {
+    if let Some(distance) = mesh.distance_to_segment(a, b, room.excess.max(-margin) + margin)
+        && distance - margin < room.excess
+    {
+        *room = Room { excess: distance - margin, contact: Some(contact) };
+    }
+}

@@ -1,0 +1,156 @@
+//! The wished line of a stroke as evenly spaced pen targets.
+use nalgebra::{Point3, Vector3};
+
+use crate::plan::{PenTarget, PlanOptions};
+use crate::surface::SurfaceTarget;
+
+/// A pose that the pen shall pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waypoint {
+    /// Set point of the tip (pressed in by the press depth) and of the pen's axis.
+    pub target: PenTarget,
+    /// Place among the stroke's targets: 2.5 is half-way from the third to the fourth.
+    pub source: f64,
+    /// The pen stops here: the line turns.
+    pub corner: bool,
+}
+
+/// Targets nearer to each other than this share of the step are merged.
+const MERGE_SHARE: f64 = 0.3;
+/// Half width of the window over which normals are averaged, in waypoints.
+const NORMAL_WINDOW: usize = 3;
+/// Largest change of a normal by that average, rad.
+const NORMAL_TOLERANCE: f64 = 8e-4;
+
+/// Set points along a stroke's `targets`, none farther apart than the step; targets much nearer than that are merged
+/// unless the line turns there.
+///
+/// Normals are averaged over a few millimetres, by no more than 0.05 degrees: on a triangle mesh they kink at every
+/// edge, which the arm would feel as jerk.
+pub fn waypoints(targets: &[SurfaceTarget], options: &PlanOptions) -> Vec<Waypoint> {
+    let kept = merge(targets, options);
+    let mut points: Vec<(Point3<f64>, Vector3<f64>, f64, bool)> = Vec::new();
+    for (k, (i, corner)) in kept.iter().enumerate() {
+        let b = &targets[*i];
+        if k > 0 {
+            let h = kept[k - 1].0;
+            let a = &targets[h];
+            let parts = ((b.position - a.position).norm() / options.step - 1e-9).ceil().max(1.0) as usize;
+            for part in 1..parts {
+                let u = part as f64 / parts as f64;
+                let normal = (a.normal * (1.0 - u) + b.normal * u).normalize();
+                points.push((a.position + (b.position - a.position) * u, normal, h as f64 + u * (i - h) as f64, false));
+            }
+        }
+        points.push((b.position, b.normal, *i as f64, *corner));
+    }
+    let count = points.len();
+    (0..count)
+        .map(|i| {
+            let (position, raw, source, corner) = points[i];
+            let half = NORMAL_WINDOW.min(i).min(count - 1 - i);
+            let mean: Vector3<f64> = points[i - half..=i + half].iter().map(|p| p.1).sum();
+            let normal = near(&raw, &mean.normalize(), NORMAL_TOLERANCE);
+            let target = PenTarget { position: position - normal * options.press_depth, axis: -normal };
+            Waypoint { target, source, corner }
+        })
+        .collect()
+}
+
+/// Indices of the targets to keep, and whether the line turns there.
+fn merge(targets: &[SurfaceTarget], options: &PlanOptions) -> Vec<(usize, bool)> {
+    let mut kept: Vec<usize> = Vec::new();
+    for i in 0..targets.len() {
+        let last = i + 1 == targets.len();
+        if let Some(k) = kept.last().copied() {
+            let gap = (targets[i].position - targets[k].position).norm();
+            if gap < 1e-6 {
+                continue;
+            }
+            if gap < MERGE_SHARE * options.step {
+                // a near target replaces none, unless it ends the stroke
+                let straight = i + 1 < targets.len()
+                    && angle(targets, k, i, i + 1) < options.corner_angle
+                    && (targets[i + 1].position - targets[k].position).norm() < options.step;
+                if straight {
+                    continue;
+                }
+                if last && kept.len() > 1 {
+                    kept.pop();
+                }
+            }
+        }
+        kept.push(i);
+    }
+    let n = kept.len();
+    (0..n)
+        .map(|k| {
+            let corner = k > 0 && k + 1 < n && angle(targets, kept[k - 1], kept[k], kept[k + 1]) > options.corner_angle;
+            (kept[k], corner)
+        })
+        .collect()
+}
+
+/// Change of direction at `b` on the way from `a` to `c`, rad.
+fn angle(targets: &[SurfaceTarget], a: usize, b: usize, c: usize) -> f64 {
+    let (u, v) = (targets[b].position - targets[a].position, targets[c].position - targets[b].position);
+    u.cross(&v).norm().atan2(u.dot(&v))
+}
+
+/// `wished`, or the unit vector on the way to it that is `most` (rad) from `raw`.
+fn near(raw: &Vector3<f64>, wished: &Vector3<f64>, most: f64) -> Vector3<f64> {
+    let turn = raw.cross(wished).norm().atan2(raw.dot(wished));
+    if turn <= most { *wished } else { (raw + (wished - raw) * (most / turn)).normalize() }
+}
+
+/// The pose half-way between two.
+pub fn midway(a: &PenTarget, b: &PenTarget) -> PenTarget {
+    between(a, b, 0.5)
+}
+
+/// The pose at share `u` of the way from `a` to `b`.
+pub fn between(a: &PenTarget, b: &PenTarget, u: f64) -> PenTarget {
+    let sum = a.axis * (1.0 - u) + b.axis * u;
+    let axis = if sum.norm() > 1e-6 { sum.normalize() } else { a.axis };
+    PenTarget { position: a.position + (b.position - a.position) * u, axis }
+}
+
+/// How far apart two poses are for an arm: distance (m) and `0.2 m` times angle.
+pub fn separation(a: &PenTarget, b: &PenTarget) -> f64 {
+    (b.position - a.position).norm() + 0.2 * a.axis.cross(&b.axis).norm().atan2(a.axis.dot(&b.axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+
+    fn line(points: &[(f64, f64)]) -> Vec<SurfaceTarget> {
+        points
+            .iter()
+            .map(|(x, y)| SurfaceTarget { position: Point3::new(*x, *y, 0.0), normal: Vector3::z(), sheet: Point2::new(*x, *y) })
+            .collect()
+    }
+
+    #[test]
+    fn a_square_has_two_corners_inside_and_steps_below_the_step() {
+        let w = waypoints(&line(&[(0.0, 0.0), (0.01, 0.0), (0.01, 0.0105), (0.0, 0.0105)]), &PlanOptions::default());
+        assert_eq!(w.iter().filter(|w| w.corner).count(), 2);
+        assert!(w.windows(2).all(|w| (w[1].target.position - w[0].target.position).norm() < 0.001 + 1e-9));
+        assert_eq!(w.len(), 1 + 10 + 11 + 10);
+        assert!(w.iter().all(|w| (w.target.position.z + 0.003).abs() < 1e-12));
+        assert_eq!(w[31].source, 3.0);
+    }
+
+    #[test]
+    fn dense_points_are_thinned_but_ends_and_corners_stay() {
+        let mut p: Vec<(f64, f64)> = (0..=1000).map(|i| (f64::from(i) * 1e-5, 0.0)).collect();
+        p.extend((1..=100).map(|i| (0.01, f64::from(i) * 1e-5)));
+        let w = waypoints(&line(&p), &PlanOptions::default());
+        assert!(w.len() > 10 && w.len() < 60, "{}", w.len());
+        assert_eq!(w.iter().filter(|w| w.corner).count(), 1);
+        assert!((w[w.len() - 1].target.position - Point3::new(0.01, 0.001, -0.003)).norm() < 1e-12);
+        let repeated = waypoints(&line(&[(0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]), &PlanOptions::default());
+        assert_eq!(repeated.len(), 1);
+    }
+}
