@@ -19,6 +19,8 @@ pub struct Posture {
     pub reference: JointVector,
     /// Share of the way to it taken by a step within the null space, in [0, 1].
     pub pull: f64,
+    /// Longest way a joint may be sent by that, rad.
+    pub most: f64,
 }
 
 /// A configuration that reaches a target.
@@ -178,9 +180,9 @@ impl<'a> IkSolver<'a> {
             let zone = LIMIT_ZONE.min(0.25 * (self.upper[i] - self.lower[i]));
             let (low, high) = (zone - (q[i] - self.lower[i]), zone - (self.upper[i] - q[i]));
             g[i] += posture.pull * (low.max(0.0) - high.max(0.0));
-            g[i] = g[i].clamp(-STEP_LIMIT, STEP_LIMIT);
         }
-        g
+        let longest = g.amax();
+        if longest > posture.most { g * (posture.most / longest) } else { g }
     }
 
     /// One damped, weighted, limited least-squares step, and a joint that it put on its limit.
@@ -344,7 +346,7 @@ mod tests {
     fn a_straight_stroke_is_followed_with_small_steps_inside_the_limits() {
         for (arm, home) in [(arms::iiwa(), arms::iiwa_home()), (arms::ur5e(), arms::ur5e_home())] {
             let solver = IkSolver::new(&arm, 0.03);
-            let posture = Posture { reference: home, pull: 0.1 };
+            let posture = Posture { reference: home, pull: 0.1, most: 0.01 };
             let start = target_at(&arm, &home);
             let mut q = home;
             let mut most = 0;
@@ -386,7 +388,7 @@ mod tests {
         away[6] += 1.0;
         let seed = solver.reach(&target, &away).map(|s| s.q).unwrap_or(away);
         assert!((seed - home).norm() > 0.2);
-        let back = solver.settle(&target, &seed, &Posture { reference: home, pull: 0.3 }).map(|s| s.q);
+        let back = solver.settle(&target, &seed, &Posture { reference: home, pull: 0.3, most: 0.1 }).map(|s| s.q);
         assert!(back.is_ok_and(|q| (q - home).norm() < 1e-2));
     }
 

@@ -1,8 +1,11 @@
 //! A drawing on a believed surface and a robot, to timed joint motion.
 
+mod field;
 mod ik;
 mod options;
+mod path;
 mod reach;
+mod redundancy;
 mod segment;
 mod spline;
 mod surroundings;
