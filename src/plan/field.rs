@@ -78,27 +78,29 @@ impl Workcell<'_> {
         Some(cost + 0.1 * self.solver.distance_squared(&solution.q, &self.home))
     }
 
-    /// Deterministic configurations spread over the joints' ranges (an additive recurrence in the generalised golden
-    /// ratio, Roberts 2018), home first. Unbounded joints range over a turn.
-    pub fn seeds(&self) -> impl Iterator<Item = JointVector> + '_ {
+    /// Configuration `k` of a deterministic sequence spread evenly over the joints' ranges (an additive recurrence in
+    /// the generalised golden ratio, Roberts 2018). Unbounded joints range over a turn.
+    pub fn configuration(&self, k: usize) -> JointVector {
         let arm = self.surroundings.arm();
         let (lower, upper) = self.solver.bounds();
         // root of x^(d + 1) = x + 1
         let mut ratio: f64 = 1.5;
-        for _ in 0..40 {
+        for _ in 0..30 {
             ratio = (1.0 + ratio).powf(1.0 / (arm.dof() as f64 + 1.0));
         }
-        let spread = (1..SEEDS).map(move |k| {
-            JointVector::from_fn(|i, _| {
-                if i >= arm.dof() {
-                    return 0.0;
-                }
-                let u = (0.5 + k as f64 * ratio.powi(-(i as i32 + 1))).fract();
-                let (low, high) = (lower[i].max(-std::f64::consts::PI), upper[i].min(std::f64::consts::PI));
-                low + u * (high - low)
-            })
-        });
-        std::iter::once(self.solver.clamp(&self.home)).chain(spread)
+        JointVector::from_fn(|i, _| {
+            if i >= arm.dof() {
+                return 0.0;
+            }
+            let u = (0.5 + k as f64 * ratio.powi(-(i as i32 + 1))).fract();
+            let (low, high) = (lower[i].max(-std::f64::consts::PI), upper[i].min(std::f64::consts::PI));
+            low + u * (high - low)
+        })
+    }
+
+    /// Configurations from which a first pose is sought, home first.
+    fn seeds(&self) -> impl Iterator<Item = JointVector> + '_ {
+        std::iter::once(self.solver.clamp(&self.home)).chain((1..SEEDS).map(|k| self.configuration(k)))
     }
 
     /// Solutions of one target from all seeds that the arm may take, and the best reason why not when there are none.
@@ -187,7 +189,11 @@ impl PostureField {
         // parent of each anchor: the nearest one before it
         let parents: Vec<usize> = (0..anchors.len())
             .map(|i| {
-                (0..i).min_by(|a, b| separation(&anchors[*a], &anchors[i]).total_cmp(&separation(&anchors[*b], &anchors[i]))).unwrap_or(0)
+                (0..i)
+                    .min_by(|a, b| {
+                        separation(&anchors[*a], &anchors[i]).total_cmp(&separation(&anchors[*b], &anchors[i]))
+                    })
+                    .unwrap_or(0)
             })
             .collect();
         for root in 0..anchors.len().min(10) {

@@ -2,12 +2,15 @@
 
 mod field;
 mod ik;
+mod motion;
 mod options;
 mod path;
+mod planner;
 mod reach;
 mod redundancy;
 mod segment;
 mod spline;
+mod stroke;
 mod surroundings;
 mod timing;
 mod trajectory;
@@ -15,6 +18,7 @@ mod waypoint;
 
 pub use ik::{AXIS_TOLERANCE, IkFailure, IkSolution, IkSolver, POSITION_TOLERANCE, PenTarget, Posture, dexterity};
 pub use options::{MotionLimits, PlanOptions};
+pub use planner::{PlanError, PlanStatistics, Planned, plan};
 pub use reach::{Obstruction, ReachReport, Unreachable};
 pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
 pub use spline::{JointSpline, SplinePoint};
@@ -23,3 +27,5 @@ pub use trajectory::{Knot, MotionPeaks, MotionSample, Trajectory};
 
 #[cfg(test)]
 mod arms;
+#[cfg(test)]
+mod drawing_tests;

@@ -68,6 +68,41 @@ impl Default for PlanOptions {
     }
 }
 
+impl PlanOptions {
+    /// The first option that makes no sense: its name, its value and what would be right.
+    pub fn invalid(&self) -> Option<(&'static str, f64, &'static str)> {
+        let positive = [
+            ("pen_speed", self.pen_speed),
+            ("landing_speed", self.landing_speed),
+            ("travel_speed", self.travel_speed),
+            ("joint_acceleration", self.joint_acceleration),
+            ("joint_jerk", self.joint_jerk),
+            ("cartesian_acceleration", self.cartesian_acceleration),
+            ("hover", self.hover),
+            ("step", self.step),
+            ("corner_angle", self.corner_angle),
+            ("path_tolerance", self.path_tolerance),
+        ];
+        let not_negative = [
+            ("press_depth", self.press_depth),
+            ("limit_margin", self.limit_margin),
+            ("canvas_margin", self.canvas_margin),
+            ("self_margin", self.self_margin),
+            ("singularity_margin", self.singularity_margin),
+            ("pen_change", self.pen_change),
+        ];
+        let fraction = self.joint_speed_fraction;
+        if !(fraction > 0.0 && fraction <= 1.0) {
+            return Some(("joint_speed_fraction", fraction, "above 0 and at most 1"));
+        }
+        let bad = positive.iter().find(|(_, v)| !(*v > 0.0 && v.is_finite())).map(|(n, v)| (*n, *v, "positive"));
+        bad.or_else(|| {
+            let bad = not_negative.iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite()));
+            bad.map(|(n, v)| (*n, *v, "zero or positive"))
+        })
+    }
+}
+
 /// Limits of a motion, one entry a joint (infinite past the chain's joints).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits {

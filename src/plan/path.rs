@@ -110,7 +110,8 @@ fn follow(
             }
         };
         let step = next.q - before;
-        let (joint, largest) = step.iter().enumerate().fold((0, 0.0), |m, (j, d)| if d.abs() > m.1 { (j, d.abs()) } else { m });
+        let (joint, largest) =
+            step.iter().enumerate().fold((0, 0.0), |m, (j, d)| if d.abs() > m.1 { (j, d.abs()) } else { m });
         if largest > JUMP.0 + JUMP.1 * sep {
             q.truncate(q.len() - unchecked);
             return (q, Some(Obstruction::Jump { joint: arm.joints[joint].name.clone(), step: largest }));
@@ -322,10 +323,7 @@ mod tests {
         let canvas = table(0.3);
         let cell = cell(&arm, arms::iiwa_home(), &canvas, &options);
         let turn = std::f64::consts::TAU;
-        let way = waypoints(
-            &targets(0.3, 900, |u| (0.5 + 0.08 * (u * turn).cos(), 0.08 * (u * turn).sin())),
-            &options,
-        );
+        let way = waypoints(&targets(0.3, 900, |u| (0.5 + 0.08 * (u * turn).cos(), 0.08 * (u * turn).sin())), &options);
         let field = PostureField::new(&cell, &all(&way));
         let run = &solve(&cell, &field, &way).runs[0];
         let gap = (run.q[run.q.len() - 1] - run.q[0]).amax();

@@ -91,7 +91,9 @@ impl fmt::Display for Obstruction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::OutOfReach { distance } => write!(f, "out of reach by {:.1} mm", distance * 1e3),
-            Self::JointLimit { joint, limit } => write!(f, "joint {joint} at its limit of {:.1} deg", limit.to_degrees()),
+            Self::JointLimit { joint, limit } => {
+                write!(f, "joint {joint} at its limit of {:.1} deg", limit.to_degrees())
+            }
             Self::Singular { dexterity } => write!(f, "singular (smallest singular value {dexterity:.3})"),
             Self::Collision { link, other, missing } => {
                 write!(f, "{link} too near to {other}: {:.1} mm of room missing", missing * 1e3)

@@ -82,7 +82,8 @@ impl<'a> Surroundings<'a> {
         let tip = Point3::from(arm.last_from_tip.translation.vector);
         let gap = |c: &Capsule| crate::robot::segment_distance(&c.a, &c.b, &tip, &tip) - c.radius;
         let last = arm.links.last().map_or(&[][..], |l| &l.capsules);
-        let pen = (0..last.len()).filter(|i| gap(&last[*i]) < 0.02).min_by(|a, b| gap(&last[*a]).total_cmp(&gap(&last[*b])));
+        let pen =
+            (0..last.len()).filter(|i| gap(&last[*i]) < 0.02).min_by(|a, b| gap(&last[*a]).total_cmp(&gap(&last[*b])));
         let mut beyond = tip.coords.norm();
         let mut reach = JointVector::zeros();
         for i in (0..arm.dof()).rev() {
@@ -139,7 +140,11 @@ impl<'a> Surroundings<'a> {
                     let contact = Contact::Obstacle { link, obstacle };
                     nearer(mesh, &a, &b, capsule.radius + self.canvas_margin, contact, &mut room);
                 }
-                let trimmed = if is_pen { self.trim(capsule, pen_use).map(|c| c.transformed(k.world_from_link(link))) } else { Some(Capsule { a, b, radius: capsule.radius }) };
+                let trimmed = if is_pen {
+                    self.trim(capsule, pen_use).map(|c| c.transformed(k.world_from_link(link)))
+                } else {
+                    Some(Capsule { a, b, radius: capsule.radius })
+                };
                 if let Some(c) = trimmed {
                     nearer(self.canvas, &c.a, &c.b, c.radius + self.canvas_margin, Contact::Canvas { link }, &mut room);
                 }

@@ -79,7 +79,11 @@ impl Piece {
                 let (speed, acceleration) = ((now.s - before.s) / window, (now.v - before.v) / window);
                 let p = self.spline.at((now.integral - before.integral) / window, &mut cursor);
                 if i == 0 || i == count {
-                    let q = if i == 0 { self.spline.waypoints()[0] } else { self.spline.waypoints()[self.spline.waypoints().len() - 1] };
+                    let q = if i == 0 {
+                        self.spline.waypoints()[0]
+                    } else {
+                        self.spline.waypoints()[self.spline.waypoints().len() - 1]
+                    };
                     return Knot { time, q, qd: JointVector::zeros(), qdd: JointVector::zeros() };
                 }
                 Knot { time, q: p.q, qd: p.d1 * speed, qdd: p.d2 * (speed * speed) + p.d1 * acceleration }
@@ -328,7 +332,9 @@ mod tests {
 
     /// Joints that swing while the tip goes along a line, a small circle, or hardly at all.
     fn pieces() -> Vec<Piece> {
-        let swing = |u: f64, k: f64| JointVector::from_fn(|i, _| if i < 7 { 0.1 * ((i + 1) as f64 * k * u).sin() } else { 0.0 });
+        let swing = |u: f64, k: f64| {
+            JointVector::from_fn(|i, _| if i < 7 { 0.1 * ((i + 1) as f64 * k * u).sin() } else { 0.0 })
+        };
         vec![
             piece(100, |u| (swing(u, 0.5), Vector3::new(0.1 * u, 0.0, 0.0))),
             piece(200, |u| (swing(u, 3.0), Vector3::new(0.2 * u, 0.0, 0.0))),
@@ -393,7 +399,11 @@ mod tests {
             let to = JointVector::from_fn(|i, _| if i < 7 { d * (1.0 - 0.1 * i as f64) } else { 0.0 });
             let peaks = Trajectory::new(straight(&JointVector::zeros(), &to, &limits, 0.0)).peaks();
             let most = (0..7)
-                .map(|i| (peaks.speed[i] / limits.speed[i]).max(peaks.acceleration[i] / limits.acceleration[i]).max(peaks.jerk[i] / limits.jerk[i]))
+                .map(|i| {
+                    (peaks.speed[i] / limits.speed[i])
+                        .max(peaks.acceleration[i] / limits.acceleration[i])
+                        .max(peaks.jerk[i] / limits.jerk[i])
+                })
                 .fold(0.0, f64::max);
             assert!(most < 1.0 + 1e-9 && most > 0.97, "{most} at {d}");
         }

@@ -128,7 +128,11 @@ mod tests {
     fn line(points: &[(f64, f64)]) -> Vec<SurfaceTarget> {
         points
             .iter()
-            .map(|(x, y)| SurfaceTarget { position: Point3::new(*x, *y, 0.0), normal: Vector3::z(), sheet: Point2::new(*x, *y) })
+            .map(|(x, y)| SurfaceTarget {
+                position: Point3::new(*x, *y, 0.0),
+                normal: Vector3::z(),
+                sheet: Point2::new(*x, *y),
+            })
             .collect()
     }
 

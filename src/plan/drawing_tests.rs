@@ -1,0 +1,1 @@
+//! Whole drawings, planned and looked at from outside.
