@@ -186,7 +186,6 @@ fn run_from(
 ) -> Result<Run, Obstruction> {
     let mut best: Vec<JointVector> = Vec::new();
     let mut reason: Option<Obstruction> = None;
-    let mut reference = cell.home;
     for r in field.references() {
         let (q, stop) = match r.start(cell, &way[first].target) {
             Ok(start) => follow(cell, way, first, way.len(), &start, &Guide::Posture(&r.posture)),
@@ -195,7 +194,7 @@ fn run_from(
         match stop {
             None => return Ok(Run { first, q }),
             Some(stop) if q.len() > best.len() || reason.is_none() => {
-                (best, reason, reference) = (q, Some(stop), r.posture);
+                (best, reason) = (q, Some(stop));
             }
             Some(_) => {}
         }
@@ -209,7 +208,7 @@ fn run_from(
                 return Ok(Run { first, q });
             }
             if q.len() > best.len() {
-                (best, reason, reference) = (q, stop, s.q);
+                (best, reason) = (q, stop);
             }
         }
     }
@@ -237,9 +236,8 @@ fn run_from(
         // on from the window's end, in the posture that the search found there
         let here = first + best.len() - 1;
         let Some(last) = best.pop() else { break };
-        reference = last;
         let Ok(start) = cell.solver.reach(&way[here].target, &last) else { break };
-        let (q, stopped) = follow(cell, way, here, way.len(), &start, &Guide::Posture(&reference));
+        let (q, stopped) = follow(cell, way, here, way.len(), &start, &Guide::Posture(&last));
         best.extend(if q.is_empty() { vec![last] } else { q });
         reason = stopped;
     }
