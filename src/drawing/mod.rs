@@ -14,6 +14,7 @@ pub mod svg_write;
 pub mod tidy;
 
 pub use load::{DrawingError, Loaded, Size, Warning, load};
-pub use pattern::Pattern;
+pub use pattern::{Figure, Pattern};
 pub use sheet::{Drawing, InkLayer, Stroke};
 pub use svg::{Fill, SvgOptions};
+pub use tidy::{TidyOptions, TidyReport, tidy};
