@@ -13,13 +13,6 @@ pub use clearance::{LinkPairs, SelfClearance, segment_distance};
 pub use dynamics::{GRAVITY, JointMatrix};
 pub use error::RobotError;
 pub use kinematics::{Jacobian, Kinematics};
-mod enclose;
-mod error;
-mod inertia;
-mod model;
-pub mod urdf;
-
-pub use error::RobotError;
 pub use model::{
     ArmModel, Capsule, JointKind, JointModel, JointVector, LinkModel, MAX_DOF, SpatialInertia, Visual, VisualShape,
 };
