@@ -8,7 +8,8 @@ use nalgebra::Point3;
 
 use super::{MeshError, TriMesh, obj, ply, stl};
 
-/// Vertices nearer to one another than this, m, are one vertex: STL repeats each vertex for every triangle.
+/// Vertices farther apart than this, m, stay apart; nearer than half of it they always become one. (STL repeats each
+/// vertex for every triangle.)
 const WELD_DISTANCE: f64 = 1e-6;
 
 /// Why a mesh file can't be read or written.
@@ -103,7 +104,7 @@ impl Format {
 /// Reads a mesh from an OBJ, STL (text or binary) or PLY (text or binary) file and multiplies its coordinates by
 /// `scale` (m per unit of the file: 1.0 for metres, 0.001 for millimetres).
 ///
-/// Polygons are cut into triangles. Vertices within 1 um of each other become one, so that normals are smooth across
+/// Polygons are cut into triangles. Vertices at the same place (to 0.5 um) become one, so that normals are smooth across
 /// triangles that a file lists apart; materials, colours, texture coordinates and the file's own normals are not used.
 ///
 /// # Errors
@@ -144,9 +145,10 @@ pub fn write(file: &Path, mesh: &TriMesh) -> Result<(), MeshFileError> {
     })
 }
 
-/// Makes vertices nearer than [`WELD_DISTANCE`] one; the first of them in the file's order stays.
+/// Makes vertices within [`WELD_DISTANCE`] one; the first of them in the file's order stays. A cell is half as wide, so
+/// that all points of a cell are near enough to its first.
 fn weld(vertices: &mut Vec<Point3<f64>>, triangles: &mut [[u32; 3]]) {
-    let cell_of = |v: &Point3<f64>| v.coords.map(|c| (c / WELD_DISTANCE).floor() as i64);
+    let cell_of = |v: &Point3<f64>| v.coords.map(|c| (2.0 * c / WELD_DISTANCE).floor() as i64);
     let mut kept: Vec<Point3<f64>> = Vec::new();
     let mut index = Vec::with_capacity(vertices.len());
     let mut first_in_cell: HashMap<[i64; 3], u32> = HashMap::with_capacity(vertices.len());
@@ -277,7 +279,7 @@ mod tests {
         }
 
         #[test]
-        fn welding_joins_what_is_near_and_nothing_else(x in -1.0..1.0f64, near in 0.0..0.9e-6f64, far in 2.1e-6..1e-3f64) {
+        fn welding_joins_what_is_near_and_nothing_else(x in -1.0..1.0f64, near in 0.0..0.49e-6f64, far in 2.1e-6..1e-3f64) {
             let mut vertices = [0.0, near, far].map(|d| Point3::new(x + d, x, -x)).to_vec();
             let mut triangles = vec![[0, 1, 2], [2, 1, 7]];
             weld(&mut vertices, &mut triangles);

@@ -1,4 +1,4 @@
-//! Triangle meshes: adjacency, closest-point and ray queries, file formats and generated shapes.
+//! Triangle meshes: smooth normals, closest-point and ray queries, file formats and generated shapes.
 
 mod crease;
 mod file;

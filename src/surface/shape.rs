@@ -1,12 +1,12 @@
 //! One shape of a scene file: which, how large, where, and of what colour.
 use std::path::{Path, PathBuf};
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use super::scene::{PoseFile, SceneError};
+use super::scene::SceneError;
 use crate::config::{self, ConfigError};
-use crate::math::Rgb;
+use crate::math::{Pose, Rgb};
 use crate::mesh::shapes::{self, Bumps};
 use crate::mesh::{self, MeshError, MeshFileError, TriMesh};
 
@@ -66,6 +66,24 @@ pub(super) struct ShapeFile {
     #[serde(default)]
     pose: PoseFile,
     pub color: Option<Rgb>,
+}
+
+/// A pose in a file: translation and fixed-axis roll, pitch, yaw.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct PoseFile {
+    xyz_mm: [f64; 3],
+    rpy_deg: [f64; 3],
+}
+
+impl PoseFile {
+    /// `None` when a number is not finite.
+    fn pose(&self) -> Option<Pose> {
+        let [r, p, y] = self.rpy_deg.map(f64::to_radians);
+        let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(r, p, y));
+        let finite = self.xyz_mm.iter().chain(&self.rpy_deg).all(|v| v.is_finite());
+        finite.then(|| Pose::from_parts(Translation3::from(Vector3::from(self.xyz_mm) / 1000.0), rotation))
+    }
 }
 
 /// What is wrong with a shape, and at which of its keys (empty: the table itself).
@@ -152,8 +170,7 @@ impl ShapeFile {
                 mesh::read(&file, scale).map_err(ShapeError::MeshFile)?
             }
         };
-        let message = || "a pose must be finite and within 1 km".to_string();
-        let wrong_pose = || ShapeError::Key { key: "pose", message: message() };
+        let wrong_pose = || ShapeError::Key { key: "pose", message: "a pose must be finite and within 1 km".into() };
         let pose = self.pose.pose().filter(|p| p.translation.vector.amax() < 1e3).ok_or_else(wrong_pose)?;
         Ok(mesh.transformed(&pose))
     }
