@@ -2,6 +2,7 @@
 
 mod clearance;
 mod dynamics;
+mod cell;
 mod enclose;
 mod error;
 mod inertia;
@@ -11,9 +12,10 @@ pub mod urdf;
 
 pub use clearance::{LinkPairs, SelfClearance, segment_distance};
 pub use dynamics::{GRAVITY, JointMatrix};
+pub use cell::{Arm, Cell};
 pub use error::RobotError;
 pub use kinematics::{Jacobian, Kinematics};
 pub use model::{
     ArmModel, Capsule, JointKind, JointModel, JointVector, LinkModel, MAX_DOF, SpatialInertia, Visual, VisualShape,
 };
-pub use urdf::UrdfOptions;
+pub use urdf::{UrdfArm, UrdfOptions};

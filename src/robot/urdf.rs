@@ -389,7 +389,8 @@ mod tests {
             ("<child link=\"cup\"/>", "<child link=\"upper\"/>", 20, "a link has one parent"),
             ("<link name=\"world\"/>", "<link name=\"cup\"/>", 23, "name is taken by the link on line 2"),
             ("name=\"slide\"", "name=\"turn\"", 13, "name is taken by the joint on line 5"),
-            ("<parent link=\"world\"/>", "<parent link=\"cup\"/>", 2, "one root is meant"),
+            ("<parent link=\"world\"/>", "<parent link=\"cup\"/>", 4, "form a cycle"),
+            ("<robot name=\"arm\">", "<robot><link name=\"stray\"/>", 2, "one root is meant"),
             ("radius=\"0.05\"", "radius=\"-0.05\"", 23, "must be positive"),
             ("<sphere radius=\"0.05\"/>", "<mesh filename=\"no.stl\"/>", 23, "is not a file"),
             ("<sphere radius=\"0.05\"/>", "<mesh filename=\"package://p/no.stl\"/>", 23, "package `p`"),
@@ -406,15 +407,23 @@ mod tests {
 
     #[test]
     fn a_moving_link_with_a_shape_needs_mass() {
-        let inertial = r#"<inertial><mass value="2"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>"#;
-        assert!(refusal(inertial, "").starts_with("arm.urdf:9: link `upper`: has a shape and moves, but no <inertial>"));
-        let bare = ARM.replacen(inertial, "", 1).replacen("<collision><geometry><box size=\"0.1 0.1 0.4\"/></geometry></collision>", "", 1);
+        let inertial =
+            r#"<inertial><mass value="2"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>"#;
+        assert!(
+            refusal(inertial, "").starts_with("arm.urdf:9: link `upper`: has a shape and moves, but no <inertial>")
+        );
+        let bare = ARM.replacen(inertial, "", 1).replacen(
+            "<collision><geometry><box size=\"0.1 0.1 0.4\"/></geometry></collision>",
+            "",
+            1,
+        );
         assert!(read(&bare).unwrap_err().to_string().contains("link `upper`: moves and has no <inertial>"));
     }
 
     #[test]
     fn a_cycle_is_refused() {
-        let message = read(&ARM.replacen("<parent link=\"base\"/>", "<parent link=\"cup\"/>", 1)).unwrap_err().to_string();
+        let message =
+            read(&ARM.replacen("<parent link=\"base\"/>", "<parent link=\"cup\"/>", 1)).unwrap_err().to_string();
         assert!(message.contains("cycle"), "{message}");
     }
 
@@ -459,7 +468,11 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let meshes = dir.path().join("my_arm/meshes");
         std::fs::create_dir_all(&meshes).expect("folders");
-        std::fs::write(meshes.join("t.obj"), "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 400\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n").expect("written");
+        std::fs::write(
+            meshes.join("t.obj"),
+            "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 400\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+        )
+        .expect("written");
         let urdf = dir.path().join("my_arm/urdf/arm.urdf");
         let mesh = r#"<mesh filename="package://my_arm/meshes/t.obj" scale="0.001 0.001 0.001"/>"#;
         let text = ARM.replacen("<sphere radius=\"0.05\"/>", mesh, 1);

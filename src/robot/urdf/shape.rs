@@ -10,6 +10,7 @@ use super::source::Source;
 use super::tree::pose_of;
 use super::{RobotError, UrdfOptions};
 use crate::math::{Pose, Rgb};
+use crate::mesh::{self, TriMesh};
 use crate::robot::enclose::{around_cylinder, enclosing_capsule};
 use crate::robot::{Capsule, Visual, VisualShape};
 
@@ -21,11 +22,9 @@ pub(super) struct Shapes<'s> {
     source: &'s Source,
     options: &'s UrdfOptions,
     colors: BTreeMap<String, Rgb>,
-    meshes: BTreeMap<String, Triangles>,
+    /// By name and scale.
+    meshes: BTreeMap<(String, [u64; 3]), TriMesh>,
 }
-
-/// Vertices (m, before scaling) and triangles of a mesh file.
-type Triangles = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 impl<'s> Shapes<'s> {
     /// Collects the named materials.
@@ -63,9 +62,9 @@ impl<'s> Shapes<'s> {
                     }
                 }
                 Geometry::Mesh { filename, scale } => {
-                    let (vertices, triangles) = self.mesh(i, filename, scale.map(|s| *s))?;
-                    let shape = VisualShape::Mesh { vertices: Arc::new(vertices), triangles: Arc::new(triangles) };
-                    add(at, shape);
+                    let mesh = self.mesh(i, filename, scale.map_or([1.0; 3], |s| *s))?;
+                    let vertices = Arc::new(mesh.vertices().to_vec());
+                    add(at, VisualShape::Mesh { vertices, triangles: Arc::new(mesh.triangles().to_vec()) });
                 }
             }
         }
@@ -87,7 +86,9 @@ impl<'s> Shapes<'s> {
                 Geometry::Sphere { radius } => Some(along_z(*radius, 0.0)),
                 Geometry::Cylinder { radius, length } => Some(around_cylinder(*radius, *length)),
                 Geometry::Box { size } => enclosing_capsule(&corners(size)),
-                Geometry::Mesh { filename, scale } => enclosing_capsule(&self.mesh(i, filename, scale.map(|s| *s))?.0),
+                Geometry::Mesh { filename, scale } => {
+                    enclosing_capsule(self.mesh(i, filename, scale.map_or([1.0; 3], |s| *s))?.vertices())
+                }
             };
             capsules.extend(capsule.map(|c| c.seen_from(&pose_of(&collision.origin))));
         }
@@ -112,7 +113,11 @@ impl<'s> Shapes<'s> {
     }
 
     /// A mesh file, scaled. A mirroring scale turns the triangles so that they still face out.
-    fn mesh(&mut self, i: usize, name: &str, scale: Option<[f64; 3]>) -> Result<Triangles, RobotError> {
+    fn mesh(&mut self, i: usize, name: &str, scale: [f64; 3]) -> Result<TriMesh, RobotError> {
+        let key = (name.to_string(), scale.map(f64::to_bits));
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(mesh.clone());
+        }
         let fail = |reason: String| RobotError::Mesh {
             file: self.source.file.clone(),
             line: self.source.links[i].line,
@@ -120,17 +125,19 @@ impl<'s> Shapes<'s> {
             mesh: name.to_string(),
             reason,
         };
-        if !self.meshes.contains_key(name) {
-            let path = resolve(name, &self.source.file, self.options).map_err(&fail)?;
-            let mesh = read_mesh(&path).map_err(&fail)?;
-            self.meshes.insert(name.to_string(), mesh);
-        }
-        let Some((vertices, triangles)) = self.meshes.get(name) else { return Ok((Vec::new(), Vec::new())) };
-        let s = scale.unwrap_or([1.0; 3]);
-        let scaled = vertices.iter().map(|p| Point3::new(p.x * s[0], p.y * s[1], p.z * s[2])).collect();
-        let mirrored = s[0] * s[1] * s[2] < 0.0;
-        let turned = triangles.iter().map(|[a, b, c]| if mirrored { [*a, *c, *b] } else { [*a, *b, *c] }).collect();
-        Ok((scaled, turned))
+        let path = resolve(name, &self.source.file, self.options).map_err(&fail)?;
+        let [x, y, z] = scale;
+        let mesh = if x == y && y == z && x > 0.0 {
+            mesh::read(&path, x).map_err(|e| fail(e.to_string()))?
+        } else {
+            let file = mesh::read(&path, 1.0).map_err(|e| fail(e.to_string()))?;
+            let vertices = file.vertices().iter().map(|p| Point3::new(p.x * x, p.y * y, p.z * z)).collect();
+            let mirrored = x * y * z < 0.0;
+            let turn = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
+            TriMesh::new(vertices, file.triangles().iter().map(turn).collect()).map_err(|e| fail(e.to_string()))?
+        };
+        self.meshes.insert(key, mesh.clone());
+        Ok(mesh)
     }
 }
 
@@ -183,43 +190,4 @@ fn resolve(name: &str, urdf: &Path, options: &UrdfOptions) -> Result<PathBuf, St
         "no folder above {} holds {package}/{rest}; give the folder of package `{package}` under `packages`",
         folder.display()
     ))
-}
-
-/// Reads an STL or OBJ file.
-fn read_mesh(path: &Path) -> Result<Triangles, String> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
-    let (vertices, triangles) = match extension.as_str() {
-        "stl" => {
-            let mesh = stl_io::read_stl(&mut std::io::Cursor::new(bytes)).map_err(|e| e.to_string())?;
-            let vertices = mesh.vertices.iter().map(|v| Point3::from(v.0.map(f64::from))).collect::<Vec<_>>();
-            (vertices, mesh.faces.iter().map(|f| f.vertices.map(|v| v as u32)).collect::<Vec<_>>())
-        }
-        "obj" => {
-            let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
-            let no_materials = |_: &Path| Ok((Vec::new(), Default::default()));
-            let (models, _) =
-                tobj::load_obj_buf(&mut bytes.as_slice(), &options, no_materials).map_err(|e| e.to_string())?;
-            let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-            for model in models {
-                let first = vertices.len() as u32;
-                let corners = model.mesh.positions.chunks_exact(3);
-                vertices.extend(corners.map(|p| Point3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))));
-                triangles
-                    .extend(model.mesh.indices.chunks_exact(3).map(|t| [t[0] + first, t[1] + first, t[2] + first]));
-            }
-            (vertices, triangles)
-        }
-        _ => return Err(format!("`.{extension}` meshes are not read; give .stl or .obj")),
-    };
-    if triangles.is_empty() {
-        return Err("has no triangles".to_string());
-    }
-    if let Some(i) = vertices.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        return Err(format!("vertex {i} is not finite"));
-    }
-    if triangles.iter().flatten().any(|v| *v as usize >= vertices.len()) {
-        return Err(format!("a triangle names a vertex past the last, {}", vertices.len()));
-    }
-    Ok((vertices, triangles))
 }
