@@ -23,7 +23,7 @@ const DRUM: f64 = 73.0;
 /// end at `-end` (below) to the drum.
 fn elbow(tube_y: f64, depth: f64, end: f64) -> Solid {
     let drum = cylinder(at(0.0, -10.0, 0.0), at(0.0, depth, 0.0), DRUM, 26.0);
-    let neck = rod(at(0.0, tube_y, -end + 30.0), TUBE - 27.0, at(0.0, depth * 0.5, -4.0), 60.0);
+    let neck = rod(at(0.0, tube_y, -end + 64.0), TUBE - 10.0, at(0.0, depth * 0.5, -4.0), 66.0);
     let tube = cylinder(at(0.0, tube_y, -end - 40.0), at(0.0, tube_y, -end + 62.0), TUBE, 24.0);
     let body = join(join(tube, neck, 40.0), drum, 34.0);
     // The neighbour's drum swings past on the other side of the plane.
@@ -94,7 +94,7 @@ pub fn parts() -> Vec<(String, Mesh)> {
 
     // Link 5: from the tube to a slim blade at -y that carries the wrist.
     let tube = cylinder(at(0.0, 0.0, -70.0), at(0.0, 0.0, 52.0), TUBE, 24.0);
-    let lean = rod(at(0.0, 0.0, 22.0), 46.0, at(0.0, -62.0, 168.0), 42.0);
+    let lean = rod(at(0.0, -4.0, 44.0), 58.0, at(0.0, -58.0, 168.0), 46.0);
     let blade = cylinder(at(0.0, -98.0, 192.5), at(0.0, -60.0, 192.5), 59.0, 14.0);
     let body = join(join(tube, lean, 30.0), blade, 30.0);
     let wrist = join(
@@ -102,7 +102,7 @@ pub fn parts() -> Vec<(String, Mesh)> {
         cylinder(at(0.0, -69.5, 192.5), at(0.0, 60.0, 192.5), 68.0, 2.0),
         4.0,
     );
-    let body = cut(body, wrist, 5.0);
+    let body = cut(body, wrist, 10.0);
     let body = common(body, behind(at(0.0, -99.0, 0.0), -Vector3::y()), 6.0);
     let body = common(body, behind(at(0.0, 0.0, -17.0), -Vector3::z()), 3.0);
     add("link_5", housing(&body, [-95.0, -120.0, -45.0], [95.0, 95.0, 275.0], 11.5));

@@ -356,7 +356,7 @@ mod tests {
             ),
             ("home_deg = [0, 25,", "home_deg = [0, 125,", "iiwa_fixed.toml:11: joint `A2` at 125 deg is outside"),
             ("friction_rejection = 0.95", "friction_rejection = 1.5", "iiwa_fixed.toml:15: friction_rejection 1.5"),
-            ("flange_link = \"link_ee\"", "flange_link = \"link_e\"", "did you mean `link_ee`?"),
+            ("flange_link = \"link_ee\"", "flange_link = \"link_ees\"", "did you mean `link_ee`?"),
             ("flange_link", "flnge_link", "iiwa_fixed.toml:7: unknown key `flnge_link`: did you mean `flange_link`?"),
             ("pen_holder.urdf\"", "iiwa7.urdf\", base_link = \"link_0\"", "there is no link `pen_tip`"),
             ("iiwa7.urdf", "iiwa8.urdf", "iiwa8.urdf"),

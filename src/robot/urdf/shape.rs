@@ -161,7 +161,7 @@ fn corners(size: &[f64; 3]) -> Vec<Point3<f64>> {
 /// The file that a URDF means by a mesh name: `package://name/rest` through the given map, else upwards from the URDF
 /// (a folder `name` beside any of its parents, or a parent called `name`); `file://` and plain paths relative to the URDF.
 fn resolve(name: &str, urdf: &Path, options: &UrdfOptions) -> Result<PathBuf, String> {
-    let folder = urdf.parent().unwrap_or(Path::new("."));
+    let folder = urdf.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let existing =
         |path: PathBuf| if path.is_file() { Ok(path) } else { Err(format!("{} is not a file", path.display())) };
     let Some(in_package) = name.strip_prefix("package://") else {
