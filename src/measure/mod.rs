@@ -1,5 +1,6 @@
 //! Figures of a run, from what was drawn and felt, never from the plan.
 
+mod figures;
 mod line;
 mod metrics;
 mod segments;

@@ -7,9 +7,7 @@ use crate::plan::{
     MotionLimits, MotionSample, PenUse, PlanError, PlanOptions, Planned, SegmentKind, Surroundings, arms, plan,
 };
 use crate::robot::{ArmModel, JointVector};
-use crate::surface::{
-    BelievedCanvas, Canvas, SheetFrame, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget,
-};
+use crate::surface::{BelievedCanvas, Canvas, SheetFrame, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
 
 /// A sheet of `size` m about `center` that faces `normal`, bulging by `bulge(r)` towards it, as a mesh of 5 mm cells.
 fn canvas(center: [f64; 3], normal: [f64; 3], size: f64, bulge: impl Fn(f64) -> f64) -> BelievedCanvas {
@@ -102,7 +100,13 @@ fn artwork(scale: f64) -> Vec<Vec<Vec<(f64, f64)>>> {
     vec![vec![flower, square], hatches.chain([vec![(0.0, 0.0)]]).collect()]
 }
 
-fn planned(arm: &ArmModel, home: &JointVector, drawing: &SurfaceDrawing, canvas: &BelievedCanvas, o: &PlanOptions) -> Planned {
+fn planned(
+    arm: &ArmModel,
+    home: &JointVector,
+    drawing: &SurfaceDrawing,
+    canvas: &BelievedCanvas,
+    o: &PlanOptions,
+) -> Planned {
     let mut heard = Vec::new();
     let result = plan(0, arm, home, home, drawing, canvas, &[], o, &mut |p| heard.push(p));
     assert!(heard.windows(2).all(|w| w[1] >= w[0]) && heard.last().is_none_or(|p| *p <= 1.0));
@@ -129,7 +133,14 @@ fn error(targets: &[SurfaceTarget], depth: f64, p: &Point3<f64>, axis: &Vector3<
 }
 
 /// Looks at every segment closely.
-fn assert_sound(arm: &ArmModel, home: &JointVector, drawing: &SurfaceDrawing, canvas: &BelievedCanvas, o: &PlanOptions, p: &Planned) {
+fn assert_sound(
+    arm: &ArmModel,
+    home: &JointVector,
+    drawing: &SurfaceDrawing,
+    canvas: &BelievedCanvas,
+    o: &PlanOptions,
+    p: &Planned,
+) {
     let limits = MotionLimits::new(arm, o);
     let surroundings = Surroundings::new(arm, &canvas.mesh, &[], o);
     let mut at: (f64, JointVector) = (0.0, *home);
@@ -232,7 +243,11 @@ fn what_can_not_be_reached_is_named_and_the_rest_drawn_on_request() {
     let (arm, home) = (arms::iiwa(), arms::iiwa_home());
     let canvas = canvas([0.72, 0.0, 0.75], [-1.0, 0.0, 0.0], 2.4, |_| 0.0);
     // the second stroke runs off to the side, the third lies far out
-    let strokes = vec![line(50, (-0.05, 0.0), (0.05, 0.0)), line(400, (0.0, 0.05), (0.8, 0.05)), line(50, (1.0, 0.0), (1.05, 0.0))];
+    let strokes = vec![
+        line(50, (-0.05, 0.0), (0.05, 0.0)),
+        line(400, (0.0, 0.05), (0.8, 0.05)),
+        line(50, (1.0, 0.0), (1.05, 0.0)),
+    ];
     let drawing = laid(&canvas, &[strokes]);
     let refused = plan(0, &arm, &home, &home, &drawing, &canvas, &[], &PlanOptions::default(), &mut |_| ());
     let Err(PlanError::Unreachable { report }) = refused else { panic!("not refused: {:?}", refused.map(|p| p.reach)) };

@@ -7,7 +7,7 @@ use super::ribbon::Ribbons;
 use super::shape::{DEFAULT_CREASE, Surface};
 use crate::math::{Pose, Rgb};
 use crate::mesh::TriMesh;
-use crate::robot::{ArmModel, VisualShape};
+use crate::robot::{ArmModel, Visual, VisualShape};
 
 /// How a surface reflects light. Shares are 0..=1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,21 @@ impl Material {
 }
 
 impl Item {
+    /// A visual of a robot, painted, where it is in its link's frame.
+    pub fn from_visual(visual: &Visual) -> Self {
+        let surface = match &visual.shape {
+            VisualShape::Mesh { vertices, triangles } => Surface::smoothed(vertices, triangles, DEFAULT_CREASE),
+            VisualShape::Cylinder { radius, length } => Surface::cylinder(*radius, *length),
+            VisualShape::Sphere { radius } => Surface::sphere(*radius),
+            VisualShape::Cuboid { size } => Surface::cuboid(*size),
+        };
+        Item {
+            surface: Arc::new(surface),
+            world_from_item: visual.link_from_visual,
+            material: Material::painted(visual.color),
+        }
+    }
+
     /// A mesh that is already in world coordinates (a canvas, a table).
     pub fn from_mesh(mesh: &TriMesh, material: Material) -> Self {
         Item { surface: Arc::new(Surface::from_mesh(mesh)), world_from_item: Pose::identity(), material }
@@ -88,22 +103,7 @@ impl ArmVisuals {
     pub fn new(arm: &ArmModel) -> Self {
         let mut parts = Vec::new();
         for (link, model) in arm.links.iter().enumerate() {
-            for visual in &model.visuals {
-                let surface = match &visual.shape {
-                    VisualShape::Mesh { vertices, triangles } => Surface::smoothed(vertices, triangles, DEFAULT_CREASE),
-                    VisualShape::Cylinder { radius, length } => Surface::cylinder(*radius, *length),
-                    VisualShape::Sphere { radius } => Surface::sphere(*radius),
-                    VisualShape::Cuboid { size } => Surface::cuboid(*size),
-                };
-                parts.push((
-                    link,
-                    Item {
-                        surface: Arc::new(surface),
-                        world_from_item: visual.link_from_visual,
-                        material: Material::painted(visual.color),
-                    },
-                ));
-            }
+            parts.extend(model.visuals.iter().map(|visual| (link, Item::from_visual(visual))));
         }
         ArmVisuals { parts }
     }

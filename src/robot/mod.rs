@@ -1,8 +1,8 @@
 //! Robots: URDF to model; kinematics, dynamics and collision capsules.
 
+mod cell;
 mod clearance;
 mod dynamics;
-mod cell;
 mod enclose;
 mod error;
 mod inertia;
@@ -10,9 +10,9 @@ mod kinematics;
 mod model;
 pub mod urdf;
 
+pub use cell::{Arm, Cell};
 pub use clearance::{LinkPairs, SelfClearance, segment_distance};
 pub use dynamics::{GRAVITY, JointMatrix};
-pub use cell::{Arm, Cell};
 pub use error::RobotError;
 pub use kinematics::{Jacobian, Kinematics};
 pub use model::{

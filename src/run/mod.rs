@@ -1,14 +1,32 @@
 //! One scenario, from start to end.
 
+mod cast;
+mod error;
+mod options;
+mod pictures;
 mod progress;
 
 use std::path::PathBuf;
+use std::time::Instant;
 
-use crate::measure::Metrics;
-use crate::report::{OutputDir, OutputError};
+use crate::control::ImpedanceController;
+use crate::drawing::{Drawing, svg_write};
+use crate::measure::{
+    ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
+};
+use crate::plan::{self, Plan, Planned};
+use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{DrawingSpec, Scenario};
+use crate::surface::{Projection, SurfaceDrawing, map_drawing};
+use crate::twin::{Record, Surroundings, TwinArm, simulate};
 
+pub use error::RunError;
 pub use progress::{Progress, Silent};
+
+use cast::Cast;
+
+/// Spacing at which the wished line is known when the drawn one is measured, m.
+const MEASURE_STEP: f64 = 2.5e-4;
 
 /// How far to go along the way from drawing to pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,21 +41,6 @@ pub enum Until {
     End,
 }
 
-/// Why a run couldn't be done.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RunError {
-    /// An output can't be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// This stage isn't there.
-    #[error("the {stage} stage isn't built in")]
-    Absent {
-        /// Its name.
-        stage: &'static str,
-    },
-}
-
 /// What a run left.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -47,17 +50,163 @@ pub struct Outcome {
     pub files: Vec<PathBuf>,
 }
 
+/// The files written so far, and how the report speaks of them.
+#[derive(Default)]
+struct Written {
+    files: Vec<PathBuf>,
+    pictures: Vec<(String, String)>,
+    others: Vec<(String, String)>,
+}
+
+impl Written {
+    fn picture(&mut self, file: PathBuf, caption: &str) {
+        self.pictures.push((name_of(&file), caption.to_string()));
+        self.files.push(file);
+    }
+    fn other(&mut self, file: PathBuf, content: &str) {
+        self.others.push((name_of(&file), content.to_string()));
+        self.files.push(file);
+    }
+}
+
+fn name_of(file: &std::path::Path) -> String {
+    file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+}
+
 /// Runs a scenario as far as `until`, and writes the files of every stage that it passes into `out`.
-pub fn run(
-    _scenario: &Scenario,
-    _until: Until,
-    _out: &OutputDir,
-    _progress: &dyn Progress,
-) -> Result<Outcome, RunError> {
-    Err(RunError::Absent { stage: "simulation" })
+///
+/// Nothing is written before everything that could be wrong with the scenario's files, the mapping and the plan is known
+/// to be right.
+pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Progress) -> Result<Outcome, RunError> {
+    let mut metrics = Metrics::new(&scenario.name, scenario.seed);
+    let mut written = Written::default();
+    let toml = scenario.to_toml()?;
+
+    progress.stage("drawing", None);
+    let started = Instant::now();
+    let drawing = cast::draw(&scenario.drawing, progress)?;
+    metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
+    if until == Until::Drawing {
+        written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        write_wished(&drawing, out, &mut written)?;
+        return finish(metrics, written, out);
+    }
+
+    progress.stage("mapping", None);
+    let cast = Cast::load(scenario, drawing)?;
+    let started = Instant::now();
+    let mapping = Projection::new(&cast.belief);
+    let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+    let seconds = started.elapsed().as_secs_f64();
+    metrics.mapping = Some(MappingMetrics::of("projection", &cast.drawing, &mapped, seconds));
+    if until == Until::Mapping {
+        written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        let text = serde_json::to_vec(&mapped)?;
+        written.other(out.write("mapped.json", &text)?, "Wished contact points and normals on the canvas, m, world");
+        return finish(metrics, written, out);
+    }
+
+    let started = Instant::now();
+    let planned = make_plan(scenario, &cast, &mapped, progress)?;
+    let reach = planned.reach;
+    let plan = Plan { arms: vec![planned.plan] };
+    metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));
+    written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+    let joints: Vec<Vec<String>> =
+        cast.cell.arms.iter().map(|a| a.model.joints.iter().map(|j| j.name.clone()).collect()).collect();
+    written.other(out.write("plan.json", plan_json(&plan, &joints).as_bytes())?, "Segments of the planned motion");
+    for (arm, names) in plan.arms.iter().zip(&joints) {
+        let (name, bytes) = plan_npy(arm, names.len());
+        written.other(out.write(&name, &bytes)?, "Planned joint path, a NumPy array");
+    }
+    if until == Until::Plan {
+        return finish(metrics, written, out);
+    }
+
+    let record = make_record(scenario, &cast, &plan, progress)?;
+    let options = options::twin_options(scenario);
+    metrics.digest = Some(record.digest.clone());
+    metrics.sim = Some(SimMetrics::of(&record, options.plant));
+    metrics.contact = Some(ContactMetrics::of(&record, options::drawing_force(scenario)));
+    progress.stage("measuring", None);
+    // the wished line lies where the drawing falls on the true canvas
+    let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
+    let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
+    metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics::of(&fit, &record.ink));
+
+    let svg = drawing_svg(&record.ink, cast.drawing.width, cast.drawing.height);
+    written.other(out.write("drawing.svg", svg.as_bytes())?, "What was drawn, in mm, a layer an ink, width as drawn");
+    let pictures = pictures::pictures(&scenario.render, &cast, &record, out, &mut written, progress)?;
+    metrics.render = Some(pictures);
+
+    progress.stage("report", None);
+    let mcap = out.write_with("record.mcap", |file| write_record(&record, file).map_err(std::io::Error::other))?;
+    written.other(mcap, "Joints, pen, forces and events over time; opens in Foxglove");
+    let page = Page {
+        title: &scenario.name,
+        description: &scenario.description,
+        metrics: &metrics,
+        record: Some(&record),
+        pictures: &written.pictures,
+        files: &written.others,
+        scenario_toml: &toml,
+    };
+    let html = report_html(&page);
+    written.other(out.write("report.html", html.as_bytes())?, "Pictures, figures and plots on one page");
+    finish(metrics, written, out)
 }
 
 /// Reads and tidies a drawing, and writes the lines as wished to `drawing.svg`.
-pub fn draw(_drawing: &DrawingSpec, _out: &OutputDir, _progress: &dyn Progress) -> Result<Outcome, RunError> {
-    Err(RunError::Absent { stage: "drawing" })
+pub fn draw(spec: &DrawingSpec, out: &OutputDir, progress: &dyn Progress) -> Result<Outcome, RunError> {
+    progress.stage("drawing", None);
+    let started = Instant::now();
+    let drawing = cast::draw(spec, progress)?;
+    let mut metrics = Metrics::new("drawing", 0);
+    metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
+    let mut written = Written::default();
+    write_wished(&drawing, out, &mut written)?;
+    finish(metrics, written, out)
+}
+
+fn write_wished(drawing: &Drawing, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+    let svg = svg_write::write(drawing);
+    written.other(out.write("wished.svg", svg.as_bytes())?, "The lines as wished, in mm");
+    Ok(())
+}
+
+fn finish(metrics: Metrics, mut written: Written, out: &OutputDir) -> Result<Outcome, RunError> {
+    let json = metrics_json(&metrics)?;
+    written.other(out.write("metrics.json", json.as_bytes())?, "Figures");
+    Ok(Outcome { metrics, files: written.files })
+}
+
+fn make_plan(
+    scenario: &Scenario,
+    cast: &Cast,
+    mapped: &SurfaceDrawing,
+    progress: &dyn Progress,
+) -> Result<Planned, RunError> {
+    const PARTS: f64 = 1000.0;
+    progress.stage("planning", Some(PARTS as u64));
+    let arm = &cast.cell.arms[0];
+    let obstacles: Vec<_> = cast.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+    let options = options::plan_options(scenario);
+    let mut hear = |share: f64| progress.advance((share * PARTS) as u64);
+    Ok(plan::plan(0, &arm.model, &arm.home, &arm.service, mapped, &cast.belief, &obstacles, &options, &mut hear)?)
+}
+
+fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Progress) -> Result<Record, RunError> {
+    progress.stage("simulating", Some((plan.duration() * 1e3) as u64));
+    let arms = cast.cell.arms.iter().map(|arm| TwinArm {
+        model: arm.model.clone(),
+        controller: ImpedanceController::new(arm.model.clone(), options::control_options(scenario)),
+        start: arm.home,
+        drawing_force: options::drawing_force(scenario),
+    });
+    let mapping = Projection::new(&cast.truth);
+    let world =
+        Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping: &mapping, pens: &cast.pens };
+    let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
+    let mut hear = |time: f64| progress.advance((time * 1e3) as u64);
+    Ok(simulate(arms.collect(), plan, &world, &colors, &options::twin_options(scenario), &mut hear)?)
 }

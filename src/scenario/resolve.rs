@@ -319,7 +319,8 @@ fn check_control(control: &ControlSettings, check: &Check) -> Result<(), Scenari
     }
     check.above_zero("control.damping_ratio", control.damping_ratio, 5.0)?;
     check.above_zero("control.speed_mm_s", control.speed_mm_s, 1000.0)?;
-    check.above_zero("control.approach_speed_mm_s", control.approach_speed_mm_s, 1000.0)?;
+    check.above_zero("control.landing_speed_mm_s", control.landing_speed_mm_s, 1000.0)?;
+    check.above_zero("control.travel_speed_mm_s", control.travel_speed_mm_s, 5000.0)?;
     check.within("control.nullspace_stiffness_nm_rad", control.nullspace_stiffness_nm_rad, 0.0, 1e4)?;
     check.within("control.nullspace_damping_ratio", control.nullspace_damping_ratio, 0.0, 5.0)?;
     check.within("control.believed_friction", control.believed_friction, 0.0, 2.0)?;

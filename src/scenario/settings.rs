@@ -90,8 +90,10 @@ pub struct ControlSettings {
     pub damping_ratio: f64,
     /// Speed of the pen while drawing, mm/s.
     pub speed_mm_s: f64,
-    /// Speed of the pen while it comes down and goes up, mm/s.
-    pub approach_speed_mm_s: f64,
+    /// Highest speed of the pen as it comes down on the canvas, mm/s.
+    pub landing_speed_mm_s: f64,
+    /// Highest speed of the pen while it travels, mm/s.
+    pub travel_speed_mm_s: f64,
     /// Stiffness of the posture in the nullspace, N m/rad.
     pub nullspace_stiffness_nm_rad: f64,
     /// Damping ratio of the posture in the nullspace.
@@ -115,7 +117,8 @@ impl Default for ControlSettings {
             stiffness_nm_rad: [300.0, 300.0, 300.0],
             damping_ratio: 0.7,
             speed_mm_s: 40.0,
-            approach_speed_mm_s: 50.0,
+            landing_speed_mm_s: 20.0,
+            travel_speed_mm_s: 250.0,
             nullspace_stiffness_nm_rad: 20.0,
             nullspace_damping_ratio: 0.7,
             friction_feedforward: true,

@@ -1,5 +1,6 @@
 //! A drawing laid on a surface.
 use nalgebra::{Point2, Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::math::Rgb;
 use crate::mesh::SurfacePoint;
@@ -15,7 +16,7 @@ pub trait Mapping: Send + Sync {
 }
 
 /// A wished pen-tip contact point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceTarget {
     /// World position on the surface, m.
     pub position: Point3<f64>,
@@ -26,7 +27,7 @@ pub struct SurfaceTarget {
 }
 
 /// One stroke on the surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceStroke {
     /// Index of the stroke within its layer of the [`crate::drawing::Drawing`].
     pub index: usize,
@@ -35,7 +36,7 @@ pub struct SurfaceStroke {
 }
 
 /// The strokes of one ink on the surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceLayer {
     /// Name of the layer.
     pub name: String,
@@ -46,7 +47,7 @@ pub struct SurfaceLayer {
 }
 
 /// A drawing laid on a surface: the wished line.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceDrawing {
     /// One layer per ink, in drawing order.
     pub layers: Vec<SurfaceLayer>,

@@ -39,7 +39,7 @@ pub struct TwinArm {
 pub struct Surroundings<'a> {
     /// The true canvas.
     pub canvas: &'a TrueCanvas,
-    /// Factor of the canvas on every pen's friction.
+    /// Coulomb friction of the canvas; that of a pen on it is the geometric mean of both.
     pub friction: f64,
     /// Map between the true canvas and the sheet.
     pub mapping: &'a dyn Mapping,
@@ -230,7 +230,7 @@ impl<'a> ArmRun<'a> {
 
     fn touch(&mut self, world: &Surroundings, tip: &Point3<f64>, velocity: &Vector3<f64>, dt: f64) -> Option<Contact> {
         let spring = &world.pens[self.layer].pen.spring;
-        self.nib.touch(spring, spring.friction * world.friction, &world.canvas.mesh, tip, velocity, dt)
+        self.nib.touch(spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, velocity, dt)
     }
 
     fn draw(&mut self, time: f64, dt: f64, world: &Surroundings, contact: Option<&Contact>, events: &mut Vec<Event>) {

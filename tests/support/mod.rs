@@ -99,7 +99,7 @@ pub fn run(
     };
     let plan = Plan { arms: vec![ArmPlan { arm: 0, segments }] };
     let pens = [LayerPen { pen, ink: "black".into() }];
-    let world = Surroundings { canvas, friction: 1.0, mapping: &FromAbove, pens: &pens };
+    let world = Surroundings { canvas, friction: 0.3, mapping: &FromAbove, pens: &pens };
     simulate(vec![arm], &plan, &world, &[Rgb([0, 0, 0])], options, &mut |_| ()).expect("the simulation runs")
 }
 

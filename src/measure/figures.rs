@@ -1,0 +1,157 @@
+//! The sections of metrics.json, each from what the stage itself left.
+use crate::drawing::Drawing;
+use crate::ink::InkTrace;
+use crate::math::stats::Running;
+use crate::measure::{
+    ContactMetrics, DrawingMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure, PlanMetrics, SimMetrics,
+};
+use crate::plan::{Plan, ReachReport, SegmentKind};
+use crate::surface::SurfaceDrawing;
+use crate::twin::{PlantKind, Record};
+
+/// Period of the controller, at which joint steps are counted, s.
+const CONTROL_PERIOD: f64 = 1e-3;
+/// Strokes shorter than this say nothing of length errors, m.
+const SHORT: f64 = 2e-3;
+
+impl DrawingMetrics {
+    /// Figures of the artwork.
+    pub fn of(drawing: &Drawing, duration_s: f64) -> Self {
+        Self {
+            strokes: drawing.stroke_count(),
+            points: drawing.point_count(),
+            length_m: drawing.length(),
+            inks: drawing.layers.len(),
+            duration_s: Some(duration_s),
+        }
+    }
+}
+
+impl MappingMetrics {
+    /// Figures of a mapping: how much strokes are stretched or shrunk on the canvas.
+    pub fn of(kind: &str, drawing: &Drawing, mapped: &SurfaceDrawing, duration_s: f64) -> Self {
+        let mut worst: Option<f64> = None;
+        for (flat, laid) in drawing.layers.iter().zip(&mapped.layers) {
+            for stroke in &laid.strokes {
+                let Some(wished) = flat.strokes.get(stroke.index).map(|s| s.length()) else { continue };
+                if wished >= SHORT {
+                    let laid: f64 = stroke.targets.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum();
+                    worst = Some(worst.unwrap_or(0.0).max((laid / wished - 1.0).abs()));
+                }
+            }
+        }
+        Self { kind: kind.into(), length_error_max: worst, duration_s: Some(duration_s), ..Default::default() }
+    }
+}
+
+impl PlanMetrics {
+    /// Figures of a plan.
+    pub fn of(plan: &Plan, reach: &ReachReport, duration_s: f64) -> Self {
+        let changes = plan.arms.iter().flat_map(|a| &a.segments).filter(|s| s.kind == SegmentKind::ChangePen).count();
+        Self {
+            max_joint_step_rad: Some(max_joint_step(plan)),
+            tool_changes: Some(changes),
+            estimated_s: Some(plan.duration()),
+            ..Self::unreachable(reach, duration_s)
+        }
+    }
+
+    /// What is known when there is no plan.
+    pub fn unreachable(reach: &ReachReport, duration_s: f64) -> Self {
+        let failures = reach.unreachable.iter().map(|u| PlanFailure {
+            layer: u.layer,
+            stroke: u.stroke,
+            point: Some(u.first),
+            reason: u.reason.to_string(),
+        });
+        Self {
+            reachable_fraction: reach.fraction(),
+            failures: failures.collect(),
+            duration_s: Some(duration_s),
+            ..Default::default()
+        }
+    }
+}
+
+/// Largest turn of a joint between two control periods, rad, in all of a plan.
+fn max_joint_step(plan: &Plan) -> f64 {
+    let mut largest = 0.0f64;
+    for segment in plan.arms.iter().flat_map(|a| &a.segments) {
+        if segment.kind == SegmentKind::ChangePen {
+            continue;
+        }
+        let (mut cursor, mut last) = (0, None);
+        for i in 0..=(segment.trajectory.duration() / CONTROL_PERIOD).ceil() as u64 {
+            let q = segment.trajectory.sample(i as f64 * CONTROL_PERIOD, &mut cursor).q;
+            if let Some(last) = last.replace(q) {
+                largest = largest.max((q - last).amax());
+            }
+        }
+    }
+    largest
+}
+
+impl SimMetrics {
+    /// Figures of a simulation.
+    pub fn of(record: &Record, plant: PlantKind) -> Self {
+        let strokes = || record.arms.iter().flat_map(|a| &a.strokes);
+        let steps: u64 = strokes().map(|s| s.steps).sum();
+        let saturated: u64 = strokes().map(|s| s.saturated_steps).sum();
+        Self {
+            plant: match plant {
+                PlantKind::Rapier => "rapier".into(),
+                PlantKind::Articulated => "articulated".into(),
+            },
+            steps: record.steps,
+            simulated_s: record.simulated,
+            wall_s: record.wall,
+            real_time_factor: (record.wall > 0.0).then(|| record.simulated / record.wall),
+            saturated_fraction: (steps > 0).then(|| saturated as f64 / steps as f64),
+            max_joint_step_rad: Some(record.arms.iter().map(|a| a.max_joint_step).fold(0.0, f64::max)),
+        }
+    }
+}
+
+impl ContactMetrics {
+    /// Force and contact over every physics step of every drawn stroke; `force_target` is stiffness times press depth, N.
+    pub fn of(record: &Record, force_target: f64) -> Self {
+        let (mut force, mut steps, mut contact, mut lost) = (Running::default(), 0u64, 0u64, 0u64);
+        for s in record.arms.iter().flat_map(|a| &a.strokes) {
+            force.merge(&s.force);
+            steps += s.steps;
+            contact += s.contact_steps;
+            lost += s.lost_contacts;
+        }
+        let seen = steps > 0;
+        Self {
+            force_target_n: Some(force_target),
+            force_mean_n: seen.then_some(force.mean),
+            force_sd_n: seen.then(|| force.sd()),
+            force_max_n: Some(record.arms.iter().map(|a| a.max_force).fold(0.0, f64::max)),
+            contact_fraction: seen.then(|| contact as f64 / steps as f64),
+            lost_contacts: Some(lost),
+            pen_up_contact_steps: Some(record.arms.iter().map(|a| a.pen_up_contact_steps).sum()),
+        }
+    }
+}
+
+impl LineMetrics {
+    /// Figures of the drawn line, in the units of metrics.json.
+    pub fn of(fit: &LineFit, trace: &InkTrace) -> Self {
+        let (mut length, mut area) = (0.0, 0.0);
+        for w in trace.strokes.iter().flat_map(|s| s.points.windows(2)) {
+            let d = (w[1].position - w[0].position).norm();
+            length += d;
+            area += d * 0.5 * (w[0].width + w[1].width);
+        }
+        Self {
+            error_mean_mm: Some(fit.error_mean * 1e3),
+            error_p95_mm: Some(fit.error_p95 * 1e3),
+            error_max_mm: Some(fit.error_max * 1e3),
+            coverage: Some(fit.coverage),
+            excess: Some(fit.excess),
+            width_mean_mm: (length > 0.0).then(|| area / length * 1e3),
+            inked_length_m: Some(length),
+        }
+    }
+}

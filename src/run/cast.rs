@@ -1,0 +1,117 @@
+//! What takes part in a run: the robot, the scene, the drawing and its pens, loaded from the files that a scenario names.
+use std::path::Path;
+
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
+
+use crate::drawing::pattern::{Figure, Pattern};
+use crate::drawing::tidy::{TidyOptions, tidy};
+use crate::drawing::{self, Drawing, InkLayer, Size, SvgOptions};
+use crate::ink::PenModel;
+use crate::math::{Pose, Rgb};
+use crate::robot::Cell;
+use crate::run::{Progress, RunError};
+use crate::scenario::{self, Artwork, DrawingSpec, PenSpec, Scenario};
+use crate::surface::{BelievedCanvas, Scene, TrueCanvas};
+use crate::twin::LayerPen;
+
+/// Ink of generated patterns.
+const BLACK: Rgb = Rgb([26, 26, 30]);
+
+/// The robot, the scene in truth and in belief, the drawing and its pens.
+pub(super) struct Cast {
+    pub cell: Cell,
+    pub scene: Scene,
+    pub truth: TrueCanvas,
+    pub belief: BelievedCanvas,
+    pub drawing: Drawing,
+    pub pens: Vec<LayerPen>,
+}
+
+impl Cast {
+    pub(super) fn load(scenario: &Scenario, drawing: Drawing) -> Result<Self, RunError> {
+        let cell = Cell::load(&scenario.robot)?;
+        if cell.arms.len() != 1 {
+            return Err(RunError::ArmCount { robot: cell.name, arms: cell.arms.len() });
+        }
+        let mut scene = Scene::read(&scenario.canvas.scene)?;
+        // the drawing lies on the sheet as it is; the sheet is moved and turned
+        let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
+        scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
+        let truth = TrueCanvas(scene.canvas.clone());
+        let belief = BelievedCanvas(scene.canvas.clone());
+        let pens =
+            drawing.layers.iter().map(|layer| layer_pen(layer, &scenario.pen)).collect::<Result<Vec<_>, RunError>>()?;
+        Ok(Self { cell, scene, truth, belief, drawing, pens })
+    }
+}
+
+/// The pen of a layer: by its name, else by its colour, else the scenario's one.
+fn layer_pen(layer: &InkLayer, spec: &PenSpec) -> Result<LayerPen, RunError> {
+    let [r, g, b] = layer.color.0;
+    let file: &Path = spec
+        .inks
+        .get(&layer.name)
+        .or_else(|| spec.inks.get(&format!("#{r:02x}{g:02x}{b:02x}")))
+        .map_or(&spec.kind, |file| file);
+    Ok(LayerPen { pen: PenModel::read(file)?, ink: layer.name.clone() })
+}
+
+/// Reads, or makes, and tidies a drawing.
+pub(super) fn draw(spec: &DrawingSpec, progress: &dyn Progress) -> Result<Drawing, RunError> {
+    let mm = |x: Option<f64>| x.map(|x| x * 1e-3);
+    let (width, height) = (mm(spec.width_mm), mm(spec.height_mm));
+    let mut drawing = match &spec.artwork {
+        Artwork::File(file) => {
+            let size = match (width, height) {
+                (None, None) => Size::Natural,
+                (Some(w), None) => Size::Width(w),
+                (None, Some(h)) => Size::Height(h),
+                (Some(w), Some(h)) => Size::Fit(w, h),
+            };
+            let fill = match spec.fill {
+                scenario::Fill::Outline => drawing::Fill::Outline,
+                scenario::Fill::Ignore => drawing::Fill::Ignore,
+                scenario::Fill::Hatch => drawing::Fill::Hatch {
+                    spacing: spec.hatch_spacing_mm * 1e-3,
+                    angle: spec.hatch_angle_deg.to_radians(),
+                },
+            };
+            let loaded = drawing::load(file, &SvgOptions { size, fill, ..Default::default() })?;
+            for warning in &loaded.warnings {
+                progress.note(&format!("{}: {warning}", file.display()));
+            }
+            loaded.drawing
+        }
+        Artwork::Pattern(pattern) => {
+            let side = match (width, height) {
+                (Some(w), Some(h)) => w.min(h),
+                (Some(one), None) | (None, Some(one)) => one,
+                (None, None) => 0.15,
+            };
+            generated(pattern).draw(side)?
+        }
+    };
+    if spec.tidy {
+        let positive = |mm: f64| (mm > 0.0).then_some(mm * 1e-3);
+        let options = TidyOptions {
+            merge: positive(spec.merge_mm),
+            simplify: positive(spec.simplify_mm),
+            order: true,
+            ..Default::default()
+        };
+        tidy(&mut drawing, &options);
+    }
+    Ok(drawing)
+}
+
+fn generated(pattern: &scenario::Pattern) -> Pattern {
+    let color = BLACK;
+    match *pattern {
+        scenario::Pattern::Grid { n } => Pattern::Grid { cells: n, color },
+        scenario::Pattern::Hilbert { order } => Pattern::Hilbert { order, color },
+        scenario::Pattern::Arrowhead { order } => Pattern::Arrowhead { order, color },
+        scenario::Pattern::Snowflake { order } => Pattern::Snowflake { order, color },
+        scenario::Pattern::Target => Pattern::Target { figure: Figure::default(), color },
+    }
+}

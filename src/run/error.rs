@@ -1,0 +1,64 @@
+//! Why a run couldn't be done.
+use crate::config::ConfigError;
+use crate::drawing::DrawingError;
+use crate::ink::InkError;
+use crate::plan::PlanError;
+use crate::render::RenderError;
+use crate::report::{OutputError, RecordFileError};
+use crate::robot::RobotError;
+use crate::scenario::ScenarioError;
+use crate::surface::{MapError, SceneError};
+use crate::twin::TwinError;
+
+/// Why a run couldn't be done. Each says in one line what is wrong and what would be right.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// An output can't be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The scenario can't be written out.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The artwork can't be drawn.
+    #[error(transparent)]
+    Drawing(#[from] DrawingError),
+    /// The scene can't be used.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The robot can't be used.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A robot of several arms: the drawing can't be shared out among them.
+    #[error("{robot} has {arms} arms: a drawing is planned for one arm")]
+    ArmCount {
+        /// Name of the robot.
+        robot: String,
+        /// Arms it has.
+        arms: usize,
+    },
+    /// A pen can't be used.
+    #[error(transparent)]
+    Pen(#[from] ConfigError),
+    /// The drawing doesn't fit on the canvas.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The drawing can't be planned.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The simulation failed.
+    #[error(transparent)]
+    Twin(#[from] TwinError),
+    /// The flat picture can't be made.
+    #[error(transparent)]
+    Picture(#[from] InkError),
+    /// A view can't be made.
+    #[error(transparent)]
+    View(#[from] RenderError),
+    /// The record can't be written.
+    #[error(transparent)]
+    Record(#[from] RecordFileError),
+    /// Figures can't be written as JSON.
+    #[error("figures can't be written: {0}")]
+    Json(#[from] serde_json::Error),
+}

@@ -1,0 +1,104 @@
+//! The pictures of a run: the flat drawing, and views of the scene where a graphics adapter is to be had.
+use std::time::Instant;
+
+use nalgebra::{Point3, Vector3};
+
+use crate::ink::{Image, RasterOptions, rasterise};
+use crate::measure::RenderMetrics;
+use crate::render::{ArmVisuals, Framing, Item, Material, RenderError, RenderScene, Renderer, Ribbons, View};
+use crate::report::OutputDir;
+use crate::robot::JointVector;
+use crate::run::cast::Cast;
+use crate::run::{Progress, RunError, Written};
+use crate::scenario::{Camera, RenderSettings};
+use crate::twin::Record;
+
+/// Writes `drawing.png` and `view-NAME.png`s; without an adapter the views are absent and the figures say why.
+pub(super) fn pictures(
+    settings: &RenderSettings,
+    cast: &Cast,
+    record: &Record,
+    out: &OutputDir,
+    written: &mut Written,
+    progress: &dyn Progress,
+) -> Result<RenderMetrics, RunError> {
+    let started = Instant::now();
+    let names: Vec<&str> =
+        settings.views.iter().map(String::as_str).chain(settings.cameras.iter().map(|c| c.name.as_str())).collect();
+    progress.stage("pictures", Some(1 + names.len() as u64));
+    let d = &cast.drawing;
+    let options = RasterOptions::with_long_side(d.width, d.height, settings.drawing_px);
+    let flat = rasterise(&record.ink, &options)?;
+    let flat = flat.to_png(Some(options.px_per_mm))?;
+    written.picture(out.write("drawing.png", &flat)?, "The drawing, flat, as the pen left it");
+    progress.advance(1);
+    let mut metrics = RenderMetrics { px_per_mm: Some(options.px_per_mm), ..Default::default() };
+    if !names.is_empty() {
+        match Renderer::new() {
+            Ok(renderer) => {
+                metrics.adapter = Some(renderer.adapter().to_string());
+                let (scene, framing) = stage(cast, record);
+                let scene = renderer.prepare(&scene)?;
+                for (i, name) in names.iter().enumerate() {
+                    let view = match settings.cameras.iter().find(|c| c.name == *name) {
+                        Some(camera) => own_view(camera, settings.view_px),
+                        None => framing.view(name, settings.view_px)?,
+                    };
+                    let pixels = renderer.render_prepared(&scene, &view)?;
+                    let png = Image::new(pixels.width, pixels.height, pixels.rgb)?.to_png(None)?;
+                    written.picture(out.write(&format!("view-{name}.png"), &png)?, &format!("View: {name}"));
+                    metrics.views.push((*name).to_string());
+                    progress.advance(2 + i as u64);
+                }
+            }
+            Err(RenderError::NoAdapter) => {
+                let why = RenderError::NoAdapter.to_string();
+                progress.note(&why);
+                metrics.views_absent = Some(why);
+            }
+            Err(other) => return Err(other.into()),
+        }
+    }
+    metrics.duration_s = Some(started.elapsed().as_secs_f64());
+    Ok(metrics)
+}
+
+fn own_view(camera: &Camera, [width_px, height_px]: [u32; 2]) -> View {
+    let point = |mm: [f64; 3]| Point3::from(mm.map(|x| x * 1e-3));
+    View {
+        eye: point(camera.eye_mm),
+        target: point(camera.target_mm),
+        up: Vector3::z(),
+        fov_deg: camera.fov_deg,
+        width_px,
+        height_px,
+    }
+}
+
+/// The scene at the end of the run, and what cameras have to frame.
+fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
+    let scene = &cast.scene;
+    let mut scenery = RenderScene::default();
+    let mut robot = Point3::origin();
+    for (arm, done) in cast.cell.arms.iter().zip(&record.arms) {
+        let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
+        scenery.items.extend(ArmVisuals::new(&arm.model).items(arm.model.kinematics(&q).world_from_links()));
+        robot = Point3::from(arm.model.world_from_base.translation.vector);
+    }
+    scenery.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
+    scenery.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(scene.color)));
+    let (low, high) = scenery.bounds().unwrap_or((Point3::origin(), Point3::origin()));
+    for f in &scene.furniture {
+        scenery.items.push(Item::from_mesh(&f.mesh, Material::furniture(f.color)));
+    }
+    scenery.ink = Ribbons::from_trace(&record.ink, None);
+    scenery.floor = Some(0.0);
+    let framing = Framing {
+        bounds: (low, high),
+        robot,
+        world_from_sheet: cast.truth.sheet.world_from_sheet,
+        sheet: [cast.drawing.width, cast.drawing.height],
+    };
+    scenery.facing = framing.facing();
+    (scenery, framing)
+}
