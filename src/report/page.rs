@@ -294,9 +294,6 @@ mod tests {
         assert!(html.contains("a &lt;b&gt; &amp; &quot;c&quot;") && html.contains("blue &amp; &lt;grey&gt;"));
         assert!(html.contains("0.05120 mm") && html.contains("target 1.05 N") && html.contains("no driver"));
         assert!(!html.contains("NaN"));
-        if let Some(file) = std::env::var_os("CALAMUS_SAMPLE_REPORT") {
-            std::fs::write(file, &html).unwrap();
-        }
     }
 
     #[test]

@@ -178,6 +178,26 @@ impl Scenario {
     }
 }
 
+impl DrawingSpec {
+    /// The drawing in a file, as a scenario with that `source` would have it; only `drawing.` keys can be overridden.
+    pub fn of_file(file: &Path, overrides: &[Override]) -> Result<Self, ScenarioError> {
+        let mut table = toml::Table::new();
+        for set in overrides {
+            let wrong = |message: String| ScenarioError::Override { text: set.text.clone(), message };
+            if set.keys.first().is_none_or(|k| k != "drawing") {
+                return Err(wrong("a drawing file has only `drawing.` keys".into()));
+            }
+            set.apply(&mut table).map_err(wrong)?;
+            ScenarioFile::deserialize(table.clone()).map_err(|e| wrong(config::explain(e.message())))?;
+        }
+        let check = Check { text: "", file, overrides };
+        let mut typed = ScenarioFile::deserialize(table).map_err(|e| check.sentence("drawing", e.message()))?.drawing;
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        typed.source.get_or_insert(name);
+        resolve_drawing(typed, file.parent().unwrap_or(Path::new("")), &check)
+    }
+}
+
 /// Fills in, checks and finds.
 fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError> {
     let folder = check.file.parent().unwrap_or(Path::new("")).to_path_buf();

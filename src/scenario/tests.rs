@@ -114,6 +114,21 @@ fn overrides_change_the_scenario_and_own_their_mistakes() {
 }
 
 #[test]
+fn a_figure_outside_its_bounds_or_absent_is_unmet() {
+    use crate::measure::{LineMetrics, Metrics};
+    let house = House::new();
+    let accept = "[accept]\n'line.error_mean_mm' = { max = 0.2 }\n'line.coverage' = { min = 0.995 }\n'sim.steps' = { min = 1 }\n";
+    let s = house.parse(&format!("{SHORT}{accept}"), &[]).unwrap();
+    let line = LineMetrics { error_mean_mm: Some(0.3), coverage: Some(0.999), ..LineMetrics::default() };
+    let unmet = s.unmet(&Metrics { line: Some(line), ..Metrics::new("x", 1) });
+    let unmet: Vec<String> = unmet.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        unmet,
+        ["line.error_mean_mm is 0.3: should be at most 0.2", "sim.steps was not measured: should be at least 1"]
+    );
+}
+
+#[test]
 fn the_schema_knows_every_section() {
     let schema = ScenarioFile::schema();
     for section in ["drawing", "canvas", "pen", "plan", "control", "sim", "render", "accept"] {

@@ -1,0 +1,90 @@
+//! What can be typed.
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::scenario::Override;
+
+/// Draws vector pictures with a simulated robot arm and a pen that leaves ink where it really touches.
+#[derive(Debug, Parser)]
+#[command(name = "calamus", version, arg_required_else_help = true)]
+pub(super) struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Say nothing but errors.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Tell more: where things were found and how long each stage took.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+    /// Threads to compute with; all cores when absent. Results don't depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Run a scenario from start to end: plan, simulate, picture, measure, report.
+    Run {
+        #[command(flatten)]
+        job: Job,
+        /// Draw what can be reached when not everything can.
+        #[arg(long)]
+        partial: bool,
+    },
+    /// Read a scenario's drawing, or a drawing file, and write the lines that the pen will be asked for.
+    Draw(Job),
+    /// Lay a scenario's drawing on its canvas and say how it is distorted.
+    Map(Job),
+    /// Plan a scenario's motion and say what can't be reached.
+    Plan {
+        #[command(flatten)]
+        job: Job,
+        /// Plan what can be reached when not everything can.
+        #[arg(long)]
+        partial: bool,
+    },
+    /// Check a scenario and print it with everything filled in.
+    Check {
+        /// A scenario: a file, or the name of one in scenarios/.
+        #[arg(required_unless_present = "schema")]
+        scenario: Option<PathBuf>,
+        /// Change a value of the scenario.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        sets: Vec<Override>,
+        /// Print the JSON schema of scenario files instead.
+        #[arg(long)]
+        schema: bool,
+    },
+    /// List what there is to use.
+    List {
+        /// What to list.
+        kind: Listed,
+    },
+}
+
+/// A scenario, changes to it, and where the files go.
+#[derive(Debug, clap::Args)]
+pub(super) struct Job {
+    /// A scenario: a file, or the name of one in scenarios/.
+    pub scenario: PathBuf,
+    /// Folder for the files; out/NAME of the scenario when absent.
+    #[arg(short, long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Change a value of the scenario, as control.speed_mm_s=30. May be given many times.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<Override>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Listed {
+    /// Robots.
+    Robots,
+    /// Canvases and what stands around them.
+    Scenes,
+    /// Scenarios.
+    Scenarios,
+    /// Pens.
+    Pens,
+}

@@ -1,0 +1,154 @@
+//! One function a command.
+use std::ffi::OsStr;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::report::{OutputDir, OutputError, summary};
+use crate::run::{self, Outcome, RunError, Until};
+use crate::scenario::{AssetKind, Assets, DrawingSpec, Override, Scenario, ScenarioError, ScenarioFile};
+
+use super::Ending;
+use super::args::{Args, Command, Job, Listed};
+use super::print::{self, Printer};
+use super::progress::listener;
+
+/// Why a command can't be done.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum CommandError {
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    #[error("{0}")]
+    Missing(String),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error("--threads {count}: {source}")]
+    Threads { count: u16, source: rayon::ThreadPoolBuildError },
+    #[error("standard output: {0}")]
+    Print(#[from] io::Error),
+    #[error("the JSON schema can't be printed: {0}")]
+    Schema(#[from] serde_json::Error),
+}
+
+/// Does what was typed.
+pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
+    if let Some(count) = args.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count));
+        pool.build_global().map_err(|source| CommandError::Threads { count, source })?;
+    }
+    match &args.command {
+        Command::Run { job, partial } => stages(args, job, *partial, Until::End),
+        Command::Plan { job, partial } => stages(args, job, *partial, Until::Plan),
+        Command::Map(job) => stages(args, job, false, Until::Mapping),
+        Command::Draw(job) => draw(args, job),
+        Command::Check { schema: true, .. } => schema(),
+        Command::Check { scenario, sets, .. } => check(scenario.as_deref().unwrap_or(Path::new("")), sets),
+        Command::List { kind } => list(*kind),
+    }
+}
+
+/// `run`, `plan`, `map`: a scenario as far as `until`.
+fn stages(args: &Args, job: &Job, partial: bool, until: Until) -> Result<Ending, CommandError> {
+    let file = scenario_file(&job.scenario)?;
+    let mut scenario = Scenario::read(&file, &job.sets)?;
+    scenario.plan.partial |= partial;
+    let out = OutputDir::check(&out_folder(job, &file))?;
+    let progress = listener(args.quiet, args.verbose);
+    if args.verbose {
+        for (what, path) in
+            [("robot", &scenario.robot), ("canvas", &scenario.canvas.scene), ("pen", &scenario.pen.kind)]
+        {
+            progress.note(&format!("{what}: {}", path.display()));
+        }
+    }
+    let outcome = run::run(&scenario, until, &out, progress.as_ref())?;
+    drop(progress);
+    tell(args, &outcome)?;
+    let unmet = if until == Until::End { scenario.unmet(&outcome.metrics) } else { Vec::new() };
+    for bound in &unmet {
+        print::error(&bound.to_string());
+    }
+    Ok(if unmet.is_empty() { Ending::Done } else { Ending::Unmet })
+}
+
+/// `draw`: the drawing alone, of a scenario or of a drawing file.
+fn draw(args: &Args, job: &Job) -> Result<Ending, CommandError> {
+    let extension = job.scenario.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
+    let (file, drawing) = if extension == "svg" || extension == "txt" {
+        (job.scenario.clone(), DrawingSpec::of_file(&job.scenario, &job.sets)?)
+    } else {
+        let file = scenario_file(&job.scenario)?;
+        let scenario = Scenario::read(&file, &job.sets)?;
+        (file, scenario.drawing)
+    };
+    let out = OutputDir::check(&out_folder(job, &file))?;
+    let progress = listener(args.quiet, args.verbose);
+    let outcome = run::draw(&drawing, &out, progress.as_ref())?;
+    drop(progress);
+    tell(args, &outcome)?;
+    Ok(Ending::Done)
+}
+
+fn check(file: &Path, sets: &[Override]) -> Result<Ending, CommandError> {
+    let scenario = Scenario::read(&scenario_file(file)?, sets)?;
+    Printer::new().text(&scenario.to_toml()?)?;
+    Ok(Ending::Done)
+}
+
+fn schema() -> Result<Ending, CommandError> {
+    let text = serde_json::to_string_pretty(&ScenarioFile::schema())?;
+    Printer::new().text(&(text + "\n"))?;
+    Ok(Ending::Done)
+}
+
+/// What an asset says of itself; everything else in its file is left to whoever uses it.
+#[derive(Deserialize)]
+struct Described {
+    description: Option<String>,
+}
+
+fn list(kind: Listed) -> Result<Ending, CommandError> {
+    let kind = match kind {
+        Listed::Robots => AssetKind::Robot,
+        Listed::Scenes => AssetKind::Scene,
+        Listed::Scenarios => AssetKind::Scenario,
+        Listed::Pens => AssetKind::Pen,
+    };
+    let assets = Assets::seen_from(Path::new(".")).list(kind);
+    let width = assets.iter().map(|a| a.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for asset in assets {
+        let described = crate::config::read::<Described>(&asset.file).ok().and_then(|d| d.description);
+        let about = described.unwrap_or_else(|| asset.file.display().to_string());
+        text += &format!("{:<width$}  {}\n", asset.name, about.trim().replace('\n', " "));
+    }
+    Printer::new().text(&text)?;
+    Ok(Ending::Done)
+}
+
+/// The summary of a run.
+fn tell(args: &Args, outcome: &Outcome) -> Result<(), CommandError> {
+    if !args.quiet {
+        Printer::new().text(&summary(&outcome.metrics, &outcome.files))?;
+    }
+    Ok(())
+}
+
+/// The file that was typed, or the scenario of that name.
+fn scenario_file(typed: &Path) -> Result<PathBuf, CommandError> {
+    match typed.to_str() {
+        Some(name) if !typed.exists() && !name.contains('/') && typed.extension().is_none() => {
+            let here = Path::new(".");
+            Assets::seen_from(here).find(AssetKind::Scenario, name, here).map_err(CommandError::Missing)
+        }
+        _ => Ok(typed.to_path_buf()),
+    }
+}
+
+/// Where the files go: as typed, or `out/` and the file's name.
+fn out_folder(job: &Job, file: &Path) -> PathBuf {
+    job.out.clone().unwrap_or_else(|| Path::new("out").join(file.file_stem().unwrap_or(OsStr::new("scenario"))))
+}

@@ -1,0 +1,210 @@
+//! The table in ARCHITECTURE.md is law: no room uses a room or a crate that the table doesn't give it.
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Longest file that is still one noun.
+const LINES: usize = 800;
+
+struct Room {
+    may_use: BTreeSet<String>,
+    owns: BTreeSet<String>,
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The rows of the table of rooms.
+fn rooms() -> BTreeMap<String, Room> {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let mut rooms = BTreeMap::new();
+    for row in text.lines().filter(|l| l.starts_with("| `")) {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let [room, _, uses, owns] = cells[..] else { panic!("a row has four cells: {row}") };
+        let words = |cell: &str| -> BTreeSet<String> {
+            let word = |w: &str| w.trim_matches(['`', ',']).to_string();
+            cell.split_whitespace().map(word).filter(|w| w != "-").collect()
+        };
+        rooms.insert(room.trim_matches('`').to_string(), Room { may_use: words(uses), owns: words(owns) });
+    }
+    assert!(rooms.len() > 10, "the table of rooms wasn't found");
+    rooms
+}
+
+/// Every source file with its room; `lib.rs` and `main.rs` are the doors and belong to none.
+fn sources() -> Vec<(PathBuf, String, String)> {
+    fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, files);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    let src = root().join("src");
+    let mut files = Vec::new();
+    walk(&src, &mut files);
+    files.sort();
+    let mut sources = Vec::new();
+    for file in files {
+        let inside = file.strip_prefix(&src).unwrap().to_path_buf();
+        let room = inside.components().next().unwrap().as_os_str().to_str().unwrap().to_string();
+        if !room.ends_with(".rs") {
+            let text = fs::read_to_string(&file).unwrap();
+            sources.push((inside, room, text));
+        }
+    }
+    sources
+}
+
+/// The code of a file, without comments and without what stands under `#[cfg(test)]` at its foot; nothing of a file
+/// that holds only tests.
+fn code(path: &Path, text: &str) -> String {
+    if path.file_stem().is_some_and(|n| n == "tests" || n == "sample") {
+        return String::new();
+    }
+    let mut kept = String::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        if line.trim() == "#[cfg(test)]" {
+            // an inline module of tests ends the file; `mod tests;` is one line
+            if lines.next().is_some_and(|l| l.trim_end().ends_with('{')) {
+                break;
+            }
+            continue;
+        }
+        kept.push_str(line.split("//").next().unwrap());
+        kept.push('\n');
+    }
+    kept
+}
+
+/// The word at the start of `text`.
+fn word(text: &str) -> &str {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or("")
+}
+
+/// The rooms named by `crate::room` and `use crate::{room::..., room::...}`.
+fn rooms_used(code: &str) -> BTreeSet<String> {
+    let mut used = BTreeSet::new();
+    for (at, _) in code.match_indices("crate::") {
+        if code[..at].ends_with('$') {
+            continue;
+        }
+        let rest = &code[at + "crate::".len()..];
+        if let Some(group) = rest.strip_prefix('{') {
+            let (mut depth, mut start) = (0, true);
+            for (i, c) in group.char_indices() {
+                match c {
+                    '{' => depth += 1,
+                    '}' if depth == 0 => break,
+                    '}' => depth -= 1,
+                    ',' if depth == 0 => start = true,
+                    c if depth == 0 && start && !c.is_whitespace() => {
+                        used.insert(word(&group[i..]).to_string());
+                        start = false;
+                    }
+                    _ => {}
+                }
+            }
+        } else {
+            used.insert(word(rest).to_string());
+        }
+    }
+    used
+}
+
+/// Whether `name::` or `use name` stands in the code as a path of its own.
+fn uses_crate(code: &str, name: &str) -> bool {
+    code.match_indices(name).any(|(at, _)| {
+        let before = code[..at].chars().next_back();
+        let fresh = before.is_none_or(|c| !(c.is_alphanumeric() || c == '_' || c == ':' || c == '.'));
+        let after = &code[at + name.len()..];
+        fresh && (after.starts_with("::") || (code[..at].ends_with("use ") && !after.starts_with(char::is_alphanumeric)))
+    })
+}
+
+#[test]
+fn rooms_use_only_the_rooms_that_the_table_gives_them() {
+    let rooms = rooms();
+    let mut wrong = Vec::new();
+    for (file, room, text) in sources() {
+        let Some(here) = rooms.get(&room) else {
+            wrong.push(format!("{}: the table has no room `{room}`", file.display()));
+            continue;
+        };
+        for used in rooms_used(&code(&file, &text)) {
+            if used != room && !here.may_use.contains(&used) {
+                wrong.push(format!("{}: `{room}` may not use `{used}`", file.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn arrows_run_one_way() {
+    let rooms = rooms();
+    let mut done: BTreeSet<&str> = BTreeSet::new();
+    while done.len() < rooms.len() {
+        let ready = |r: &&Room| r.may_use.iter().all(|u| done.contains(u.as_str()));
+        let next: Vec<&str> =
+            rooms.iter().filter(|(n, r)| !done.contains(n.as_str()) && ready(r)).map(|(n, _)| n.as_str()).collect();
+        assert!(!next.is_empty(), "the rooms left over use each other in a circle: done {done:?}");
+        done.extend(next);
+    }
+}
+
+#[test]
+fn crates_stay_in_the_rooms_that_own_them() {
+    let mut owners: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (name, room) in rooms() {
+        for owned in room.owns.into_iter().filter(|o| o != "schemars") {
+            owners.entry(owned).or_default().insert(name.clone());
+        }
+    }
+    owners.insert("toml".into(), ["config".to_string(), "scenario".to_string()].into());
+    let mut wrong = Vec::new();
+    for (file, room, text) in sources() {
+        let code = code(&file, &text);
+        for (name, at) in &owners {
+            if !at.contains(&room) && uses_crate(&code, name) {
+                wrong.push(format!("{}: only {at:?} may use the crate `{name}`", file.display()));
+            }
+        }
+        let prints = ["println!", "print!(", "eprintln!", "eprint!(", "dbg!("];
+        if room != "cli" && prints.iter().any(|p| code.contains(p)) {
+            wrong.push(format!("{}: only `cli` prints", file.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn files_hold_one_noun() {
+    for (file, _, text) in sources() {
+        let lines = text.lines().count();
+        assert!(lines <= LINES, "{} has {lines} lines: make it two files", file.display());
+    }
+}
+
+#[test]
+fn nothing_is_left_for_later() {
+    for (file, _, text) in sources() {
+        for mark in ["todo!", "unimplemented!", "TODO", "FIXME", "#[ignore"] {
+            assert!(!text.contains(mark), "{} has `{mark}`", file.display());
+        }
+    }
+}
+
+#[test]
+fn the_reader_of_this_test_sees_groups_and_paths() {
+    let used = rooms_used("use crate::{math::{Pose, Rgb}, mesh::TriMesh};\nlet x = crate::ink::f();\n$crate::no");
+    assert_eq!(used.into_iter().collect::<Vec<_>>(), ["ink", "math", "mesh"]);
+    assert!(uses_crate("use toml::Table;", "toml") && uses_crate(" x = toml::from_str(y)", "toml"));
+    assert!(!uses_crate("s.to_toml::<T>()", "toml") && !uses_crate("my::toml::x", "toml"));
+    assert_eq!(code(Path::new("a.rs"), "a // crate::x\n#[cfg(test)]\nmod tests;\nb\n#[cfg(test)]\nmod tests {\nc"), "a \nb\n");
+}
