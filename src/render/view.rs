@@ -141,13 +141,13 @@ impl Framing {
         })
     }
 
-    /// Horizontal unit direction from the scene to a viewer who sees the drawing: out of a standing canvas, and over
-    /// a lying one towards the robot.
+    /// Horizontal unit direction from the scene to a viewer who sees the drawing upright: out of a standing canvas,
+    /// and below the foot of a lying one.
     pub fn facing(&self) -> Vector3<f64> {
         let flat = |v: Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
         let out = flat(self.world_from_sheet.rotation * Vector3::z());
-        let from_robot = flat(self.world_from_sheet.translation.vector - self.robot.coords);
-        let chosen = if out.norm() > 0.8 { out } else { from_robot };
+        let down = flat(self.world_from_sheet.rotation * -Vector3::y());
+        let chosen = if out.norm() > 0.8 { out } else { down };
         if chosen.norm() > 1e-6 { chosen.normalize() } else { Vector3::x() }
     }
 
