@@ -42,7 +42,7 @@ pub struct Workcell<'a> {
 /// Places at which candidate postures are compared.
 const ANCHORS: usize = 40;
 /// Configurations from which a first pose is sought.
-const SEEDS: usize = 96;
+pub const SEEDS: usize = 96;
 /// Candidates that are compared over all anchors.
 const CANDIDATES: usize = 12;
 /// References that are kept.
@@ -99,15 +99,15 @@ impl Workcell<'_> {
     }
 
     /// Configurations from which a first pose is sought, home first.
-    fn seeds(&self) -> impl Iterator<Item = JointVector> + '_ {
-        std::iter::once(self.solver.clamp(&self.home)).chain((1..SEEDS).map(|k| self.configuration(k)))
+    fn seeds(&self, count: usize) -> impl Iterator<Item = JointVector> + '_ {
+        std::iter::once(self.solver.clamp(&self.home)).chain((1..count).map(|k| self.configuration(k)))
     }
 
-    /// Solutions of one target from all seeds that the arm may take, and the best reason why not when there are none.
-    pub fn solutions(&self, target: &PenTarget) -> Result<Vec<IkSolution>, Obstruction> {
+    /// Solutions of one target from the first `seeds` seeds that the arm may take, and the best reason why not when there are none.
+    pub fn solutions(&self, target: &PenTarget, seeds: usize) -> Result<Vec<IkSolution>, Obstruction> {
         let mut found: Vec<IkSolution> = Vec::new();
         let mut reason: Option<Obstruction> = None;
-        for seed in self.seeds() {
+        for seed in self.seeds(seeds) {
             let attempt = self
                 .solver
                 .reach(target, &seed)
@@ -136,7 +136,7 @@ impl Workcell<'_> {
         match reason {
             Some(Obstruction::JointLimit { .. } | Obstruction::OutOfReach { .. }) | None => {
                 let mut nearest = f64::INFINITY;
-                for seed in self.seeds().take(12) {
+                for seed in self.seeds(12) {
                     match free.reach(target, &seed) {
                         Ok(_) => return reason.unwrap_or(Obstruction::NoApproach),
                         Err(f) => nearest = nearest.min(f.position_error),
@@ -260,7 +260,7 @@ fn judge(
 
 /// Comfortable, different configurations at one target, best first.
 fn candidates(cell: &Workcell, target: &PenTarget) -> Vec<JointVector> {
-    let Ok(solutions) = cell.solutions(target) else { return Vec::new() };
+    let Ok(solutions) = cell.solutions(target, SEEDS) else { return Vec::new() };
     let mut improved: Vec<(f64, usize, JointVector)> = solutions
         .par_iter()
         .enumerate()

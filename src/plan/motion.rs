@@ -1,7 +1,9 @@
 //! Motion through the air, from pose to pose without touching anything.
 use crate::plan::field::Workcell;
+use crate::plan::spline::JointSpline;
 use crate::plan::surroundings::PenUse;
-use crate::plan::timing::{join, straight};
+use crate::plan::timing::{Piece, join, straight};
+use crate::plan::waypoint::midway;
 use crate::plan::{MotionLimits, PenTarget, Posture, Trajectory};
 use crate::robot::JointVector;
 use nalgebra::Vector3;
@@ -11,13 +13,17 @@ use nalgebra::Vector3;
 pub enum TravelKind {
     /// Straight in joint space.
     Direct,
-    /// Up from the canvas, over, and down.
+    /// In an arch over the canvas, or up, over and down.
     Raised,
     /// By a search in joint space.
     Searched,
 }
 
-/// Heights above the hover poses that are tried, m.
+/// Heights of arches between hover poses that are tried, m.
+const ARCHES: [f64; 4] = [0.01, 0.03, 0.06, 0.1];
+/// Length of the tip's way between two poses of an arch, m.
+const ARCH_STEP: f64 = 0.01;
+/// Heights above the hover poses that are tried when no arch is free, m.
 const RAISES: [f64; 4] = [0.03, 0.06, 0.12, 0.2];
 /// Step of the search trees, rad.
 const TREE_STEP: f64 = 0.3;
@@ -35,6 +41,11 @@ pub fn travel(
 ) -> Option<(Trajectory, TravelKind)> {
     if clear(cell, from, to) {
         return motion(cell, &[*from, *to], limits).map(|t| (t, TravelKind::Direct));
+    }
+    for height in ARCHES {
+        if let Some(t) = arched(cell, from, to, height, limits) {
+            return Some((t, TravelKind::Raised));
+        }
     }
     for raise in RAISES {
         let (Some(a), Some(b)) = (raised(cell, from, raise), raised(cell, to, raise)) else { continue };
@@ -57,6 +68,37 @@ pub fn travel(
 /// Whether the straight joint motion is free.
 fn clear(cell: &Workcell, a: &JointVector, b: &JointVector) -> bool {
     cell.surroundings.obstruction(a, b, PenUse::Travelling).is_none()
+}
+
+/// One bow from `from` to `to` whose middle lies `height` over the middle between them, if all of it is free.
+fn arched(
+    cell: &Workcell,
+    from: &JointVector,
+    to: &JointVector,
+    height: f64,
+    limits: &MotionLimits,
+) -> Option<Trajectory> {
+    let arm = cell.solver.arm();
+    let pose = |q: &JointVector| {
+        let tip = *arm.kinematics(q).world_from_tip();
+        PenTarget { position: tip.translation.vector.into(), axis: tip.rotation * Vector3::z() }
+    };
+    let mut top = midway(&pose(from), &pose(to));
+    top.position -= top.axis * height;
+    let middle = (from + to) * 0.5;
+    let top = cell.solver.follow(&top, &middle, &Posture { reference: middle, pull: 0.0, most: 0.0 }).ok()?.q;
+    let bow = JointSpline::new(vec![0.0, 0.5, 1.0], vec![*from, top, *to]);
+    let length = tip_length(cell, from, &top) + tip_length(cell, &top, to);
+    let count = (length / ARCH_STEP).ceil().clamp(8.0, 200.0) as usize;
+    let mut cursor = 0;
+    let q: Vec<JointVector> = (0..=count).map(|i| bow.at(i as f64 / count as f64, &mut cursor).q).collect();
+    let (lower, upper) = cell.solver.bounds();
+    if q.iter().any(|q| q != &q.sup(lower).inf(upper)) || !q.windows(2).all(|w| clear(cell, &w[0], &w[1])) {
+        return None;
+    }
+    let positions: Vec<Vector3<f64>> =
+        q.iter().map(|q| arm.kinematics(q).world_from_tip().translation.vector).collect();
+    Some(Trajectory::new(Piece::new(q, &positions, cell.options.travel_speed).time(limits)))
 }
 
 /// The pose with the pen drawn back by `height` along its own axis, if the arm can.

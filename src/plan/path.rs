@@ -56,6 +56,8 @@ const CHECK_EVERY: usize = 10;
 const SEARCH_WINDOW: usize = 500;
 /// Global searches per stroke.
 const MOST_SEARCHES: usize = 12;
+/// Seeds for a start in none of the drawing's postures.
+const FEW_SEEDS: usize = 32;
 /// Waypoints that are skipped at once while a stroke is out of reach.
 const SKIP: usize = 8;
 
@@ -201,7 +203,7 @@ fn run_from(
     }
     if best.is_empty() {
         // not in any of the drawing's postures: as a single pose
-        let solutions = cell.solutions(&way[first].target)?;
+        let solutions = cell.solutions(&way[first].target, FEW_SEEDS)?;
         for s in &solutions {
             let (q, stop) = follow(cell, way, first, way.len(), s, &Guide::Posture(&s.q));
             if stop.is_none() {
@@ -252,6 +254,7 @@ fn run_from(
 mod tests {
     use super::*;
     use crate::mesh::TriMesh;
+    use crate::plan::field::SEEDS;
     use crate::plan::surroundings::Surroundings;
     use crate::plan::waypoint::waypoints;
     use crate::plan::{IkSolver, PenTarget, PlanOptions, arms};
@@ -361,7 +364,7 @@ mod tests {
             }),
             &options,
         );
-        let solutions = cell.solutions(&way[0].target).unwrap_or_else(|e| panic!("{e}"));
+        let solutions = cell.solutions(&way[0].target, SEEDS).unwrap_or_else(|e| panic!("{e}"));
         let lost = solutions.iter().find_map(|s| {
             let (q, stop) = follow(&cell, &way, 0, way.len(), s, &Guide::Posture(&s.q));
             stop.is_some().then_some((s.q, q.len()))

@@ -1,7 +1,7 @@
 //! Global resolution of redundancy along a stretch of a stroke, where following it step by step runs into a wall.
 use std::collections::BTreeSet;
 
-use crate::plan::field::Workcell;
+use crate::plan::field::{SEEDS, Workcell};
 use crate::plan::spline::JointSpline;
 use crate::plan::waypoint::{Waypoint, separation};
 use crate::plan::{PenTarget, Posture};
@@ -54,7 +54,8 @@ pub fn search(cell: &Workcell, way: &[Waypoint], from: usize, to: usize, start: 
     let first: Vec<JointVector> = match start {
         Some(q) => vec![*q],
         None => {
-            let seeds = cell.solutions(&way[from].target).map(|s| s.iter().map(|s| s.q).collect()).unwrap_or_default();
+            let seeds =
+                cell.solutions(&way[from].target, SEEDS).map(|s| s.iter().map(|s| s.q).collect()).unwrap_or_default();
             spread(cell, &way[from].target, seeds, usize::MAX).into_iter().map(|n| n.0).collect()
         }
     };

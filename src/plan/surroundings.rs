@@ -93,7 +93,8 @@ impl<'a> Surroundings<'a> {
             reach[i] = match arm.joints[i].kind {
                 JointKind::Revolute => beyond,
                 JointKind::Prismatic => {
-                    beyond += arm.joints[i].lower.abs().max(arm.joints[i].upper.abs());
+                    // a track without ends is taken for a hall
+                    beyond += arm.joints[i].lower.abs().max(arm.joints[i].upper.abs()).min(100.0);
                     1.0
                 }
             };
