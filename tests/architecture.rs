@@ -22,11 +22,9 @@ fn rooms() -> BTreeMap<String, Room> {
     for row in text.lines().filter(|l| l.starts_with("| `")) {
         let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
         let [room, _, uses, owns] = cells[..] else { panic!("a row has four cells: {row}") };
-        let words = |cell: &str| -> BTreeSet<String> {
-            let word = |w: &str| w.trim_matches(['`', ',']).to_string();
-            cell.split_whitespace().map(word).filter(|w| w != "-").collect()
-        };
-        rooms.insert(room.trim_matches('`').to_string(), Room { may_use: words(uses), owns: words(owns) });
+        let may_use = uses.split_whitespace().filter(|w| *w != "-").map(str::to_string).collect();
+        let owns = owns.split('`').skip(1).step_by(2).map(str::to_string).collect();
+        rooms.insert(room.trim_matches('`').to_string(), Room { may_use, owns });
     }
     assert!(rooms.len() > 10, "the table of rooms wasn't found");
     rooms

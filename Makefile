@@ -1,0 +1,37 @@
+# make draw: the first picture. make test: every test. See CONTRIBUTING.md for the rest.
+CARGO ?= cargo
+SCENARIO ?= scenarios/first_light.toml
+
+.PHONY: draw test lint fmt bench experiments clean driver
+
+draw: driver
+	$(CARGO) run --release --quiet -- run $(SCENARIO)
+	@echo "the picture is out/$(basename $(notdir $(SCENARIO)))/drawing.png, the report out/$(basename $(notdir $(SCENARIO)))/report.html"
+
+test: driver
+	$(CARGO) test --quiet
+
+lint:
+	$(CARGO) fmt --check
+	$(CARGO) clippy --all-targets --quiet -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --quiet
+
+fmt:
+	$(CARGO) fmt
+
+bench:
+	$(CARGO) bench
+
+# Every experiment in scenarios/experiments/, one after another.
+experiments: driver
+	@set -e; found=no; for f in scenarios/experiments/*.toml; do \
+		[ -e "$$f" ] || continue; found=yes; \
+		$(CARGO) run --release --quiet -- run "$$f" --out "out/experiments/$$(basename "$$f" .toml)"; \
+	done; [ $$found = yes ] || echo "there are no experiments in scenarios/experiments/ yet"
+
+clean:
+	$(CARGO) clean
+	rm -rf out
+
+driver:
+	@scripts/ensure-gpu-driver.sh
