@@ -30,8 +30,8 @@ if [ "$run" != none ]; then
     limit=
     command -v timeout >/dev/null 2>&1 && limit='timeout 180'
     # the variables hold words, not names: they are meant to be split
-    DEBIAN_FRONTEND=noninteractive $run $limit apt-get -qq -o DPkg::Lock::Timeout=60 update >/dev/null 2>&1
-    DEBIAN_FRONTEND=noninteractive $run $limit apt-get -qq -y -o DPkg::Lock::Timeout=60 install --no-install-recommends \
+    $run env DEBIAN_FRONTEND=noninteractive $limit apt-get -qq -o DPkg::Lock::Timeout=60 update >/dev/null 2>&1
+    $run env DEBIAN_FRONTEND=noninteractive $limit apt-get -qq -y -o DPkg::Lock::Timeout=60 install --no-install-recommends \
         mesa-vulkan-drivers libvulkan1 >/dev/null 2>&1
 fi
 has_driver || echo "no graphics driver: going on without 3D views (install mesa-vulkan-drivers to have them)" >&2

@@ -121,7 +121,8 @@ fn uses_crate(code: &str, name: &str) -> bool {
         let before = code[..at].chars().next_back();
         let fresh = before.is_none_or(|c| !(c.is_alphanumeric() || c == '_' || c == ':' || c == '.'));
         let after = &code[at + name.len()..];
-        fresh && (after.starts_with("::") || (code[..at].ends_with("use ") && !after.starts_with(char::is_alphanumeric)))
+        fresh
+            && (after.starts_with("::") || (code[..at].ends_with("use ") && !after.starts_with(char::is_alphanumeric)))
     })
 }
 
@@ -204,5 +205,8 @@ fn the_reader_of_this_test_sees_groups_and_paths() {
     assert_eq!(used.into_iter().collect::<Vec<_>>(), ["ink", "math", "mesh"]);
     assert!(uses_crate("use toml::Table;", "toml") && uses_crate(" x = toml::from_str(y)", "toml"));
     assert!(!uses_crate("s.to_toml::<T>()", "toml") && !uses_crate("my::toml::x", "toml"));
-    assert_eq!(code(Path::new("a.rs"), "a // crate::x\n#[cfg(test)]\nmod tests;\nb\n#[cfg(test)]\nmod tests {\nc"), "a \nb\n");
+    assert_eq!(
+        code(Path::new("a.rs"), "a // crate::x\n#[cfg(test)]\nmod tests;\nb\n#[cfg(test)]\nmod tests {\nc"),
+        "a \nb\n"
+    );
 }

@@ -1,0 +1,232 @@
+//! The command line as a user meets it: what it prints, how it exits, what it leaves behind.
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of one's own with files in it, and `calamus` run there.
+struct Desk {
+    folder: tempfile::TempDir,
+}
+
+impl Desk {
+    fn new(files: &[(&str, &str)]) -> Self {
+        let desk = Self { folder: tempfile::tempdir().unwrap() };
+        for (name, text) in files {
+            let file = desk.folder.path().join(name);
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, text).unwrap();
+        }
+        desk
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_calamus"));
+        command.args(args).current_dir(self.folder.path()).env_remove("CALAMUS_ASSETS").output().unwrap()
+    }
+
+    /// Every file and folder there is, sorted.
+    fn listing(&self) -> Vec<PathBuf> {
+        fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    walk(&path, found);
+                }
+                found.push(path);
+            }
+        }
+        let mut found = Vec::new();
+        walk(self.folder.path(), &mut found);
+        found.sort();
+        found
+    }
+
+    /// The command is refused: exit code 2, one line that holds all of `expected`, nothing written.
+    fn refuses(&self, args: &[&str], expected: &[&str]) {
+        let before = self.listing();
+        let output = self.run(&[args, &["-q"]].concat());
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{args:?}: {stderr}");
+        assert!(stderr.starts_with("error: "), "{args:?}: {stderr}");
+        for part in expected {
+            assert!(stderr.contains(part), "{args:?}: {stderr} should have {part}");
+        }
+        assert!(output.stdout.is_empty(), "{args:?}");
+        assert_eq!(self.listing(), before, "{args:?} left something behind");
+    }
+
+    /// The command is done: exit code 0. Returns standard output.
+    fn does(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+}
+
+const SVG: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="40mm" viewBox="0 0 40 40">
+<path d="M5 5 L35 5 L20 30 Z" fill="none" stroke="black"/></svg>"#;
+
+/// A scenario that is right but for what a test adds at its end or puts in its files.
+const RIGHT: &str = "[drawing]\nsource = 'a.svg'\nwidth_mm = 40\n[canvas]\nscene = 'plane_table'\n";
+
+/// [`Desk::refuses`] for `calamus run s.toml`.
+fn bad(scenario: &str, files: &[(&str, &str)], expected: &[&str]) {
+    let desk = Desk::new(&[&[("s.toml", scenario), ("a.svg", SVG)], files].concat());
+    desk.refuses(&["run", "s.toml"], expected);
+}
+
+/// A scene around a mesh file, and a scenario that draws on it.
+const ON_MESH: &str = "[drawing]\nsource = 'a.svg'\nwidth_mm = 40\n[canvas]\nscene = 'scene.toml'\n";
+const MESH_SCENE: &str = "name = 'mesh'\n[canvas]\nshape = 'mesh'\nfile = 'm.obj'\n\
+    pose = { xyz_mm = [600, 0, 300] }\n[sheet]\nxyz_mm = [600, 0, 400]\nnormal = [0, 0, 1]\nup = [1, 0, 0]\n";
+
+#[test]
+fn unknown_key() {
+    bad(
+        &format!("{RIGHT}[pen]\npres_depth_mm = 3\n"),
+        &[],
+        &["s.toml:7: ", "`pres_depth_mm`", "did you mean `press_depth_mm`?"],
+    );
+}
+
+#[test]
+fn negative_size() {
+    bad(
+        "[drawing]\nsource = 'a.svg'\nheight_mm = -180\n[canvas]\nscene = 'plane_table'\n",
+        &[],
+        &["s.toml:3: ", "-180"],
+    );
+}
+
+#[test]
+fn broken_toml() {
+    bad("[drawing\nsource = 'a.svg'\n", &[], &["s.toml:1: "]);
+}
+
+#[test]
+fn missing_drawing() {
+    bad(&RIGHT.replace("a.svg", "b.svg"), &[], &["s.toml:2: ", "b.svg"]);
+}
+
+#[test]
+fn broken_svg() {
+    bad(RIGHT, &[("a.svg", "<svg xmlns='http://www.w3.org/2000/svg'\n><path d='M0 0'</svg>")], &["a.svg:2: "]);
+}
+
+#[test]
+fn svg_without_strokes() {
+    bad(RIGHT, &[("a.svg", "<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'><g/></svg>")], &["a.svg"]);
+}
+
+#[test]
+fn missing_scene() {
+    bad(&RIGHT.replace("plane_table", "plane_tabel"), &[], &["s.toml:5: ", "did you mean `plane_table`?"]);
+}
+
+#[test]
+fn missing_mesh() {
+    bad(ON_MESH, &[("scene.toml", MESH_SCENE)], &["m.obj"]);
+}
+
+#[test]
+fn mesh_with_nan() {
+    bad(ON_MESH, &[("scene.toml", MESH_SCENE), ("m.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n")], &["m.obj"]);
+}
+
+#[test]
+fn mesh_without_triangles() {
+    bad(ON_MESH, &[("scene.toml", MESH_SCENE), ("m.obj", "v 0 0 0\nv 1 0 0\n")], &["m.obj"]);
+}
+
+#[test]
+fn canvas_out_of_reach() {
+    let mesh = "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nf 1 2 3\nf 1 3 4\n";
+    let far = MESH_SCENE.replace("600", "6000");
+    bad(ON_MESH, &[("scene.toml", &far), ("m.obj", mesh)], &["reach"]);
+}
+
+#[test]
+fn urdf_without_inertial() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
+    let robot = fs::read_to_string(source.join("iiwa_fixed.toml")).unwrap();
+    let urdf = fs::read_to_string(source.join("iiwa7.urdf")).unwrap();
+    let (from, to) = (urdf.rfind("<inertial>").unwrap(), urdf.rfind("</inertial>").unwrap() + "</inertial>".len());
+    let broken = format!("{}{}", &urdf[..from], &urdf[to..]);
+    let holder = fs::read_to_string(source.join("pen_holder.urdf")).unwrap();
+    let files = [
+        ("robots/lame.toml", robot.as_str()),
+        ("robots/iiwa7.urdf", broken.as_str()),
+        ("robots/pen_holder.urdf", holder.as_str()),
+    ];
+    bad(&format!("robot = 'lame'\n{RIGHT}"), &files, &["iiwa7.urdf", "inertial"]);
+}
+
+#[test]
+fn output_folder_in_the_way() {
+    let desk = Desk::new(&[("s.toml", RIGHT), ("a.svg", SVG), ("file", "")]);
+    desk.refuses(&["run", "s.toml", "--out", "file/out"], &["file", "can't be written"]);
+}
+
+#[test]
+fn unknown_override() {
+    let desk = Desk::new(&[("s.toml", RIGHT), ("a.svg", SVG)]);
+    desk.refuses(
+        &["run", "s.toml", "--set", "control.sped_mm_s=3"],
+        &["--set control.sped_mm_s=3: ", "did you mean `speed_mm_s`?"],
+    );
+}
+
+#[test]
+fn missing_scenario() {
+    Desk::new(&[]).refuses(&["run", "none.toml"], &["none.toml"]);
+    Desk::new(&[]).refuses(&["run", "first_ligt"], &["did you mean `first_light`?"]);
+}
+
+#[test]
+fn unknown_flag() {
+    Desk::new(&[]).refuses(&["run", "x.toml", "--sed", "3"], &["--sed", "calamus --help"]);
+    Desk::new(&[]).refuses(&["run"], &["<SCENARIO>", "calamus --help"]);
+}
+
+#[test]
+fn check_prints_a_scenario_that_checks_to_itself() {
+    let desk = Desk::new(&[("s.toml", RIGHT), ("a.svg", SVG)]);
+    let first = desk.does(&["check", "s.toml", "--set", "control.speed_mm_s=25"]);
+    assert!(first.contains("speed_mm_s = 25"));
+    fs::write(desk.folder.path().join("t.toml"), &first).unwrap();
+    assert_eq!(desk.does(&["check", "t.toml"]), first);
+}
+
+#[test]
+fn the_schema_is_json() {
+    let schema: serde_json::Value = serde_json::from_str(&Desk::new(&[]).does(&["check", "--schema"])).unwrap();
+    assert!(schema["properties"]["drawing"].is_object());
+}
+
+#[test]
+fn lists_name_what_comes_with_the_program() {
+    let desk = Desk::new(&[]);
+    for (kind, name) in
+        [("scenarios", "first_light"), ("scenes", "hemisphere"), ("pens", "fineliner_08"), ("robots", "iiwa_fixed")]
+    {
+        assert!(desk.does(&["list", kind]).lines().any(|l| l.starts_with(&format!("{name} "))), "{kind}");
+    }
+}
+
+#[test]
+fn every_scenario_that_comes_with_the_program_checks() {
+    let desk = Desk::new(&[]);
+    for line in desk.does(&["list", "scenarios"]).lines() {
+        desk.does(&["check", line.split_whitespace().next().unwrap()]);
+    }
+}
+
+#[test]
+fn a_drawing_file_draws_to_an_svg() {
+    let desk = Desk::new(&[("a.svg", SVG)]);
+    let told = desk.does(&["draw", "a.svg", "--set", "drawing.width_mm=80", "--out", "here"]);
+    assert!(told.contains("1 stroke"), "{told}");
+    assert!(desk.folder.path().join("here/drawing.svg").exists());
+}
