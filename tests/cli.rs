@@ -79,7 +79,7 @@ fn bad(scenario: &str, files: &[(&str, &str)], expected: &[&str]) {
 
 /// A scene around a mesh file, and a scenario that draws on it.
 const ON_MESH: &str = "[drawing]\nsource = 'a.svg'\nwidth_mm = 40\n[canvas]\nscene = 'scene.toml'\n";
-const MESH_SCENE: &str = "name = 'mesh'\n[canvas]\nshape = 'mesh'\nfile = 'm.obj'\n\
+const MESH_SCENE: &str = "name = 'mesh'\n[canvas]\nshape = 'mesh'\nmesh = 'm.obj'\n\
     pose = { xyz_mm = [600, 0, 300] }\n[sheet]\nxyz_mm = [600, 0, 400]\nnormal = [0, 0, 1]\nup = [1, 0, 0]\n";
 
 #[test]
@@ -147,20 +147,25 @@ fn canvas_out_of_reach() {
     bad(ON_MESH, &[("scene.toml", &far), ("m.obj", mesh)], &["reach"]);
 }
 
+/// A robot of one joint, and its URDF with a hole for what is wrong in a test.
+const LAME: &str = "name = 'lame'\n[[arm]]\nurdf = 'lame.urdf'\nbase_link = 'a'\nflange_link = 'b'\n\
+    pose = { xyz_mm = [0, 0, 300] }\nhome_deg = [0]\nservice_deg = [0]\n";
+const LAME_URDF: &str = r#"<robot name="lame"><link name="a"/>
+<link name="b">HOLE</link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="10" velocity="1"/></joint></robot>"#;
+
 #[test]
 fn urdf_without_inertial() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
-    let robot = fs::read_to_string(source.join("iiwa_fixed.toml")).unwrap();
-    let urdf = fs::read_to_string(source.join("iiwa7.urdf")).unwrap();
-    let (from, to) = (urdf.rfind("<inertial>").unwrap(), urdf.rfind("</inertial>").unwrap() + "</inertial>".len());
-    let broken = format!("{}{}", &urdf[..from], &urdf[to..]);
-    let holder = fs::read_to_string(source.join("pen_holder.urdf")).unwrap();
-    let files = [
-        ("robots/lame.toml", robot.as_str()),
-        ("robots/iiwa7.urdf", broken.as_str()),
-        ("robots/pen_holder.urdf", holder.as_str()),
-    ];
-    bad(&format!("robot = 'lame'\n{RIGHT}"), &files, &["iiwa7.urdf", "inertial"]);
+    let files = [("robots/lame.toml", LAME), ("robots/lame.urdf", &LAME_URDF.replace("HOLE", ""))];
+    bad(&format!("robot = 'lame'\n{RIGHT}"), &files, &["lame.urdf:2: ", "inertial"]);
+}
+
+#[test]
+fn urdf_without_its_mesh() {
+    let urdf = LAME_URDF.replace("HOLE", r#"<visual><geometry><mesh filename="none.obj"/></geometry></visual>"#);
+    let files = [("robots/lame.toml", LAME), ("robots/lame.urdf", &urdf)];
+    bad(&format!("robot = 'lame'\n{RIGHT}"), &files, &["lame.urdf:2: ", "none.obj"]);
 }
 
 #[test]
@@ -228,5 +233,5 @@ fn a_drawing_file_draws_to_an_svg() {
     let desk = Desk::new(&[("a.svg", SVG)]);
     let told = desk.does(&["draw", "a.svg", "--set", "drawing.width_mm=80", "--out", "here"]);
     assert!(told.contains("1 stroke"), "{told}");
-    assert!(desk.folder.path().join("here/drawing.svg").exists());
+    assert!(desk.folder.path().join("here/wished.svg").exists());
 }

@@ -110,6 +110,17 @@ struct Described {
     description: Option<String>,
 }
 
+/// One line about an asset: its description, else the comment that its file begins with, else the file.
+fn about(file: &Path) -> String {
+    let described = crate::config::read::<Described>(file).ok().and_then(|d| d.description);
+    let comment = || {
+        let text = std::fs::read_to_string(file).ok()?;
+        text.lines().next()?.strip_prefix('#').map(|c| c.trim().to_string())
+    };
+    let about = described.or_else(comment).unwrap_or_else(|| file.display().to_string());
+    about.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 fn list(kind: Listed) -> Result<Ending, CommandError> {
     let kind = match kind {
         Listed::Robots => AssetKind::Robot,
@@ -121,9 +132,7 @@ fn list(kind: Listed) -> Result<Ending, CommandError> {
     let width = assets.iter().map(|a| a.name.len()).max().unwrap_or(0);
     let mut text = String::new();
     for asset in assets {
-        let described = crate::config::read::<Described>(&asset.file).ok().and_then(|d| d.description);
-        let about = described.unwrap_or_else(|| asset.file.display().to_string());
-        text += &format!("{:<width$}  {}\n", asset.name, about.trim().replace('\n', " "));
+        text += &format!("{:<width$}  {}\n", asset.name, about(&asset.file));
     }
     Printer::new().text(&text)?;
     Ok(Ending::Done)
