@@ -2,8 +2,6 @@
 // World: z up, m. View: x right, y up, z towards the viewer, m. Colours are linear.
 
 const KEY_LAYERS: u32 = 64u;
-// the first of them lie on the rim of the light
-const KEY_PROBES: u32 = 13u;
 const DOME_LAYERS: u32 = 64u;
 
 struct Frame {
@@ -19,7 +17,8 @@ struct Frame {
     fill: vec4<f32>,
     // xy: where the floor is lit brightest, z: its height (m), w: radius at which it has faded into the background (m)
     ground: vec4<f32>,
-    // x: radius of the screen-space occlusion, m; zw: spacing of the key light's points as u and v for each unit of depth
+    // x: radius of the screen-space occlusion, m; y: width of the key
+    // light's penumbra, m for each unit of depth; zw: spacing of its points as u and v for each unit of depth
     occlusion: vec4<f32>,
 }
 

@@ -1,13 +1,14 @@
-// How much of the sky each point sees, at half size: a dome of shadow layers gives the large scale, screen-space
-// horizons the small one. Result: x the dome's visibility, y the near visibility, both 0..1.
+// How much of the sky and of the key light each point sees, at half size: a dome of shadow layers gives the sky's large
+// scale, screen-space horizons the small one. Result: x the dome's visibility, y the near visibility, z the key light's,
+// all 0..1; w is 1 where the key light's shadow is too sharp for half size.
 
-@group(1) @binding(0) var geometry: texture_2d<f32>;
-@group(1) @binding(1) var<uniform> lights: Lights;
-@group(1) @binding(2) var dome_map: texture_depth_2d_array;
-@group(1) @binding(3) var compare: sampler_comparison;
+@group(1) @binding(3) var geometry: texture_2d<f32>;
+@group(1) @binding(4) var dome_map: texture_depth_2d_array;
 
 const SLICES: i32 = 2;
 const STEPS: i32 = 5;
+// neighbours share the shadow layers among them; the blur that follows brings their results together
+const PHASES: u32 = 4u;
 const PI: f32 = 3.14159265;
 
 @vertex
@@ -28,6 +29,10 @@ fn tile(pixel: vec2<i32>, salt: i32) -> f32 {
     let y = (pixel.y + salt * 2) & 3;
     let k = ((x ^ y) & 1) * 8 + (y & 1) * 4 + (((x ^ y) >> 1) & 1) * 2 + ((y >> 1) & 1);
     return (f32(k) + 0.5) / 16.0;
+}
+
+fn phase(pixel: vec2<i32>) -> u32 {
+    return u32((pixel.x & 1) + 2 * (pixel.y & 1));
 }
 
 // Ground-truth ambient occlusion (Jimenez et al. 2016, "Practical real-time strategies for accurate indirect
@@ -82,7 +87,7 @@ fn dome_visibility(pixel: vec2<i32>, world: vec3<f32>, n: vec3<f32>) -> f32 {
     let p = vec4(world + n * 1.5 * frame.fill.w, 1.0);
     var seen = 1e-4;
     var all = 1e-4;
-    for (var i = 0u; i < DOME_LAYERS; i++) {
+    for (var i = phase(pixel); i < DOME_LAYERS; i += PHASES) {
         let toward = lights.dome[i].toward;
         let cosine = dot(n, toward.xyz);
         if cosine > 0.0 {
@@ -106,12 +111,19 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let size = vec2<f32>(textureDimensions(geometry));
     let here = textureLoad(geometry, pixel, 0);
     if here.w <= 0.0 {
-        return vec4(1.0);
+        return vec4(1.0, 1.0, 1.0, 0.0);
     }
     let p = view_position(pixel, size);
     // the view's rows are its axes in the world, so the transpose of its rotation leads back
     let rotation = mat3x3(frame.view_from_world[0].xyz, frame.view_from_world[1].xyz, frame.view_from_world[2].xyz);
     let world = transpose(rotation) * p + frame.eye.xyz;
     let near = near_visibility(pixel, size, p, rotation * here.xyz);
-    return vec4(dome_visibility(pixel, world, here.xyz), near, 0.0, 1.0);
+    var key = vec2(0.0);
+    if dot(here.xyz, frame.key.xyz) > 0.0 {
+        key = key_visibility(phase(pixel), PHASES, at.xy, world, here.xyz);
+    }
+    // metres that a pixel of the picture covers here
+    let metre_px = here.w * 2.0 * frame.eye.w / frame.screen.y;
+    let sharp = select(0.0, 1.0 - smoothstep(8.0, 20.0, key.y / metre_px), key.y > 0.0);
+    return vec4(dome_visibility(pixel, world, here.xyz), near, key.x, sharp);
 }

@@ -1,16 +1,13 @@
 // The lit scene: surfaces, floor and background, linear light.
 
-@group(1) @binding(0) var<uniform> lights: Lights;
-@group(1) @binding(1) var key_map: texture_depth_2d_array;
-@group(1) @binding(2) var compare: sampler_comparison;
 @group(1) @binding(3) var geometry: texture_2d<f32>;
 @group(1) @binding(4) var occlusion: texture_2d<f32>;
 
 const PI: f32 = 3.14159265;
 // radiance of a white surface that faces the light, by light
-const KEY: vec3<f32> = vec3(0.830, 0.808, 0.780);
+const KEY: vec3<f32> = vec3(0.760, 0.742, 0.718);
 const FILL: vec3<f32> = vec3(0.070, 0.076, 0.084);
-const SKY: vec3<f32> = vec3(0.310, 0.320, 0.335);
+const SKY: vec3<f32> = vec3(0.345, 0.356, 0.372);
 const BOUNCE: vec3<f32> = vec3(0.200, 0.195, 0.188);
 
 struct Varying {
@@ -33,60 +30,16 @@ fn vertex(
     return Varying(frame.clip_from_world * vec4(position, 1.0), position, normal, color, finish);
 }
 
-// Share of the key light, an area light sampled by one sheared shadow layer for each of its points.
-fn key_visibility(pixel: vec2<f32>, world: vec3<f32>, n: vec3<f32>) -> f32 {
-    let facing = clamp(dot(n, frame.key.xyz), 0.0, 1.0);
-    let offset = frame.key.w * (1.0 + 1.5 * sqrt(1.0 - facing * facing));
-    let p = vec4(world + n * offset, 1.0);
-    // where the rim of the light is wholly seen or wholly hidden, so is the rest
-    var lit = 0.0;
-    for (var i = 0u; i < KEY_PROBES; i++) {
-        lit += key_sample(i, p, vec2(0.0));
-    }
-    if lit <= 0.0 || lit >= f32(KEY_PROBES) {
-        return lit / f32(KEY_PROBES);
-    }
-    // how far what hides it is, in units of depth: each point stands for its part of the light, and a random place in
-    // that part hides the steps between points
-    var distance = 0.0;
-    var hits = 1e-4;
-    let size = vec2<f32>(textureDimensions(key_map));
-    for (var i = 0u; i < KEY_PROBES; i++) {
-        let uv = vec2(dot(lights.key[i].u, p), dot(lights.key[i].v, p));
-        let gap = dot(lights.key[i].depth, p) - textureLoad(key_map, vec2<i32>(clamp(uv, vec2(0.0), vec2(0.999)) * size), i, 0);
-        if gap > 0.0 {
-            distance += gap;
-            hits += 1.0;
-        }
-    }
-    // none of it at the border to full light and full shadow, where the probes alone decide
-    let part = lit / f32(KEY_PROBES);
-    let reach = frame.occlusion.zw * (distance / hits * min(1.0, 8.0 * part * (1.0 - part)));
-    let noise = white_noise(pixel);
-    lit = 0.0;
-    for (var i = 0u; i < KEY_LAYERS; i++) {
-        let angle = 6.2831853 * fract(noise.x + f32(i) * 0.61803399);
-        let radius = sqrt(fract(noise.y + f32(i) * 0.75487767));
-        lit += key_sample(i, p, reach * radius * vec2(cos(angle), sin(angle)));
-    }
-    return lit / f32(KEY_LAYERS);
-}
-
-fn key_sample(i: u32, p: vec4<f32>, shift: vec2<f32>) -> f32 {
-    let uv = vec2(dot(lights.key[i].u, p), dot(lights.key[i].v, p)) + shift;
-    let depth = clamp(dot(lights.key[i].depth, p), 0.0, 1.0);
-    let lit = textureSampleCompareLevel(key_map, compare, uv, i, depth);
-    return select(lit, 1.0, any(uv < vec2(0.0)) || any(uv > vec2(1.0)));
-}
-
-// Occlusion (dome, near) at this pixel from its half-size neighbours on the same surface.
-fn occlusion_at(pixel: vec2<f32>, distance: f32, n: vec3<f32>) -> vec2<f32> {
+// What the occlusion passes found, at this pixel, from its half-size neighbours on the same surface. Where there is no
+// such neighbour, its last component asks for the key light to be sampled here.
+fn occlusion_at(pixel: vec2<f32>, distance: f32, n: vec3<f32>) -> vec4<f32> {
     let last = vec2<i32>(textureDimensions(geometry)) - 1;
     let at = pixel * 0.5 - 0.5;
     let corner = vec2<i32>(floor(at));
     let part = at - floor(at);
-    var sum = vec2(0.0);
+    var sum = vec4(0.0);
     var weights = 0.0;
+    var alike = 0.0;
     for (var k = 0; k < 4; k++) {
         let step = vec2(k & 1, k >> 1);
         let q = clamp(corner + step, vec2(0), last);
@@ -95,10 +48,24 @@ fn occlusion_at(pixel: vec2<f32>, distance: f32, n: vec3<f32>) -> vec2<f32> {
         let level = max(0.0, 1.0 - abs(there.w - distance) / (0.02 * distance));
         let facing = max(dot(there.xyz, n), 0.0);
         let weight = (bilinear.x * bilinear.y + 0.01) * (level * facing * facing + 1e-4);
-        sum += textureLoad(occlusion, q, 0).xy * weight;
+        sum += textureLoad(occlusion, q, 0) * weight;
         weights += weight;
+        alike = max(alike, level * facing);
     }
-    return sum / weights;
+    let result = sum / weights;
+    return vec4(result.xyz, select(result.w, 1.0, alike < 0.5));
+}
+
+// The key light's share: from the blurred half-size samples in wide penumbras, sampled here where shadows are sharp.
+fn key_light(pixel: vec2<f32>, world: vec3<f32>, n: vec3<f32>, seen: vec4<f32>) -> f32 {
+    if dot(n, frame.key.xyz) <= 0.0 {
+        return 0.0;
+    }
+    let sharp = clamp(4.0 * seen.w, 0.0, 1.0);
+    if sharp <= 0.0 {
+        return seen.z;
+    }
+    return mix(seen.z, key_visibility(0u, 1u, pixel, world, n).x, sharp);
 }
 
 // What a mirror in the studio would see: sky, floor, an overhead softbox and a tall strip, blurred by roughness.
@@ -159,10 +126,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let seen = occlusion_at(in.clip.xy, -(frame.view_from_world * vec4(in.world, 1.0)).z, n);
     let l = frame.key.xyz;
     let nl = clamp(dot(n, l), 0.0, 1.0);
-    var lit = 0.0;
-    if nl > 0.0 {
-        lit = key_visibility(in.clip.xy, in.world, n);
-    }
+    let lit = key_light(in.clip.xy, in.world, n, seen);
     let up = 0.5 + 0.5 * n.z;
     // light that comes back from bright neighbours lifts the occlusion of bright surfaces (Jimenez et al. 2016)
     let near = max(vec3(seen.y), ((seen.y * (2.0404 * albedo - 0.3324) - (4.7951 * albedo - 0.6417)) * seen.y + (2.7552 * albedo + 0.6903)) * seen.y);
@@ -204,7 +168,7 @@ fn floor_fragment(in: FloorVarying) -> @location(0) vec4<f32> {
     var share = vec3(1.0);
     if toward.z > 0.0 {
         let seen = occlusion_at(in.clip.xy, -(frame.view_from_world * vec4(in.world, 1.0)).z, n);
-        let lit = key_visibility(in.clip.xy, in.world, n);
+        let lit = key_light(in.clip.xy, in.world, n, seen);
         let key = KEY * frame.key.z;
         // the last few hundredths are the steps between the sky's layers, which a bare floor would show
         let sky = min(1.0, 1.04 * seen.x) * seen.y;

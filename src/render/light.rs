@@ -16,7 +16,7 @@ pub(super) const KEY_SIZE: u32 = 768;
 /// Edge of a sky layer, texels.
 pub(super) const DOME_SIZE: u32 = 384;
 /// Radius of the key light seen from the scene, as the tangent of its angle.
-const KEY_RADIUS: f64 = 0.075;
+const KEY_RADIUS: f64 = 0.09;
 
 /// Rows that lead from the world to a layer's u, v and depth (0..=1), and the direction to the light with its weight.
 #[repr(C)]
@@ -45,6 +45,8 @@ pub(super) struct Lighting {
     pub studio: Studio,
     /// Spacing of the key light's points as u and v for each unit of depth.
     pub key_spacing: [f64; 2],
+    /// Width of the key light's penumbra, m for each unit of depth between what casts it and where it falls.
+    pub penumbra: f64,
     /// Edge of a key texel, m.
     pub key_texel: f64,
     /// Edge of the coarsest sky texel, m.
@@ -89,7 +91,7 @@ impl Lighting {
                 (x - l * sx, middle * sx, across),
                 (y - l * sy, middle * sy, along),
                 (-l, depth),
-                (l + x * sx + y * sy).normalize(),
+                ((l + x * sx + y * sy).normalize(), share(i)),
             )
         });
         let mut dome_texel = 0.0f64;
@@ -101,12 +103,13 @@ impl Lighting {
             let (height, along) = extent(casters, |p| p.dot(&y), margin, |_| 0.0);
             let (_, depth) = extent(casters, |p| -p.dot(&l), 0.0, |_| 0.0);
             dome_texel = dome_texel.max(width.max(height) / f64::from(DOME_SIZE));
-            layer((x, 0.0, across), (y, 0.0, along), (-l, depth), l)
+            layer((x, 0.0, across), (y, 0.0, along), (-l, depth), (l, 1.0))
         });
         let key_texel = (across[1] - across[0]).max(along[1] - along[0]) / f64::from(KEY_SIZE);
         let spacing = KEY_RADIUS * (2.0 / KEY_LAYERS as f64).sqrt() * (depth[1] - depth[0]);
         let key_spacing = [spacing / (across[1] - across[0]), spacing / (along[1] - along[0])];
-        Lighting { lights: Lights { key, dome }, studio, key_spacing, key_texel, dome_texel }
+        let penumbra = 2.0 * KEY_RADIUS * (depth[1] - depth[0]);
+        Lighting { lights: Lights { key, dome }, studio, key_spacing, penumbra, key_texel, dome_texel }
     }
 }
 
@@ -135,7 +138,7 @@ fn layer(
     u: (Vector3<f64>, f64, [f64; 2]),
     v: (Vector3<f64>, f64, [f64; 2]),
     depth: (Vector3<f64>, [f64; 2]),
-    toward: Vector3<f64>,
+    (toward, weight): (Vector3<f64>, f64),
 ) -> Layer {
     let row = |(a, shift, [lo, hi]): (Vector3<f64>, f64, [f64; 2])| {
         let s = 1.0 / (hi - lo);
@@ -145,7 +148,7 @@ fn layer(
         u: row(u),
         v: row(v),
         depth: row((depth.0, 0.0, depth.1)),
-        toward: [toward.x as f32, toward.y as f32, toward.z as f32, 1.0],
+        toward: [toward.x as f32, toward.y as f32, toward.z as f32, weight as f32],
     }
 }
 
@@ -154,10 +157,15 @@ fn axes(l: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (x, l.cross(&x))
 }
 
-/// Point `i` of the key light's unit disc: a golden-angle spiral from the rim inwards, so that the first few lie all
-/// round the rim.
+/// Share of the key light that comes from its point `i`: it falls to nothing at the rim, so that a shadow begins gently.
+fn share(i: usize) -> f64 {
+    let weight = |i| disc(i).map(|c| c * c).iter().sum::<f64>().mul_add(-1.0, 1.0).max(0.0).sqrt();
+    weight(i) / (0..KEY_LAYERS).map(weight).sum::<f64>()
+}
+
+/// Point `i` of the key light's unit disc: a golden-angle spiral.
 fn disc(i: usize) -> [f64; 2] {
-    let r = ((KEY_LAYERS as f64 - 0.5 - i as f64) / KEY_LAYERS as f64).sqrt();
+    let r = ((i as f64 + 0.5) / KEY_LAYERS as f64).sqrt();
     let (s, c) = (i as f64 * TAU * 0.618_033_988_75).sin_cos();
     [r * c, r * s]
 }
@@ -190,11 +198,9 @@ mod tests {
     }
 
     #[test]
-    fn the_first_points_lie_all_round_the_rim() {
-        let mut angles: Vec<f64> = (0..13).map(|i| disc(i)[1].atan2(disc(i)[0])).collect();
-        angles.sort_by(f64::total_cmp);
-        angles.push(angles[0] + TAU);
-        assert!(angles.windows(2).all(|w| w[1] - w[0] < 0.75), "{angles:?}");
-        assert!((0..13).all(|i| disc(i)[0].hypot(disc(i)[1]) > 0.89));
+    fn the_key_light_is_centred_and_whole() {
+        let sum = |f: &dyn Fn(usize) -> f64| (0..KEY_LAYERS).map(f).sum::<f64>();
+        assert!((sum(&share) - 1.0).abs() < 1e-12);
+        assert!(sum(&|i| share(i) * disc(i)[0]).abs() < 0.02 && sum(&|i| share(i) * disc(i)[1]).abs() < 0.02);
     }
 }

@@ -13,9 +13,23 @@ use super::light::{Layer, Lights};
 pub(super) const SHADERS: [(&str, &str); 7] = [
     ("shadow", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/shadow.wgsl"))),
     ("geometry", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/geometry.wgsl"))),
-    ("occlusion", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/occlusion.wgsl"))),
+    (
+        "occlusion",
+        concat!(
+            include_str!("../../shaders/frame.wgsl"),
+            include_str!("../../shaders/key.wgsl"),
+            include_str!("../../shaders/occlusion.wgsl")
+        ),
+    ),
     ("blur", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/blur.wgsl"))),
-    ("surface", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/surface.wgsl"))),
+    (
+        "surface",
+        concat!(
+            include_str!("../../shaders/frame.wgsl"),
+            include_str!("../../shaders/key.wgsl"),
+            include_str!("../../shaders/surface.wgsl")
+        ),
+    ),
     ("ink", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/ink.wgsl"))),
     ("develop", concat!(include_str!("../../shaders/frame.wgsl"), include_str!("../../shaders/develop.wgsl"))),
 ];
@@ -74,7 +88,8 @@ pub(super) struct Passes {
     pub geometry: RenderPipeline,
     pub geometry_floor: RenderPipeline,
     pub occlusion: RenderPipeline,
-    pub blur: RenderPipeline,
+    pub tile_blur: RenderPipeline,
+    pub wide_blur: RenderPipeline,
     pub depth: RenderPipeline,
     pub surface: RenderPipeline,
     pub floor: RenderPipeline,
@@ -165,7 +180,7 @@ impl Passes {
 
         let frame_layout = group("frame", &[uniform::<Frame>(false)]);
         let layer_layout = group("layer", &[uniform::<Layer>(true)]);
-        let occlusion_layout = group("occlusion", &[plain, uniform::<Lights>(false), layers, comparison]);
+        let occlusion_layout = group("occlusion", &[uniform::<Lights>(false), layers, comparison, plain, layers]);
         let blur_layout = group("blur", &[plain, plain]);
         let surface_layout = group("surface", &[uniform::<Lights>(false), layers, comparison, plain, plain]);
         let develop_layout = group("develop", &[samples]);
@@ -275,10 +290,18 @@ impl Passes {
                 ..base(2, "vertex")
             },
         );
-        let blur = pipeline(
-            "blur",
+        let tile_blur = pipeline(
+            "tile blur",
             Recipe {
-                fragment: Some(("fragment", OCCLUSION)),
+                fragment: Some(("tile_fragment", OCCLUSION)),
+                groups: &[&frame_layout, &blur_layout],
+                ..base(3, "vertex")
+            },
+        );
+        let wide_blur = pipeline(
+            "wide blur",
+            Recipe {
+                fragment: Some(("wide_fragment", OCCLUSION)),
                 groups: &[&frame_layout, &blur_layout],
                 ..base(3, "vertex")
             },
@@ -357,7 +380,8 @@ impl Passes {
             geometry,
             geometry_floor,
             occlusion,
-            blur,
+            tile_blur,
+            wide_blur,
             depth,
             surface,
             floor,

@@ -143,6 +143,7 @@ impl Renderer {
         let geometry = seen(&texture("geometry", half, 1, GEOMETRY));
         let geometry_depth = seen(&texture("geometry depth", half, 1, DEPTH));
         let noisy = seen(&texture("noisy occlusion", half, 1, OCCLUSION));
+        let coarse = seen(&texture("coarse occlusion", half, 1, OCCLUSION));
         let occlusion = seen(&texture("occlusion", half, 1, OCCLUSION));
         let light = seen(&texture("light", size, SAMPLES, HDR));
         let depth = seen(&texture("depth", size, SAMPLES, DEPTH));
@@ -152,9 +153,12 @@ impl Renderer {
         let compare = || BindingResource::Sampler(&p.compare);
         let lights = || scene.lights.as_entire_binding();
         let on_frame = self.group(&p.frame_layout, &[frame.as_entire_binding()]);
-        let occlusion_group =
-            self.group(&p.occlusion_layout, &[view_of(&geometry), lights(), view_of(&scene.dome_map), compare()]);
-        let blur_group = self.group(&p.blur_layout, &[view_of(&geometry), view_of(&noisy)]);
+        let occlusion_group = self.group(
+            &p.occlusion_layout,
+            &[lights(), view_of(&scene.key_map), compare(), view_of(&geometry), view_of(&scene.dome_map)],
+        );
+        let tile_group = self.group(&p.blur_layout, &[view_of(&geometry), view_of(&noisy)]);
+        let wide_group = self.group(&p.blur_layout, &[view_of(&geometry), view_of(&coarse)]);
         let surface_group = self.group(
             &p.surface_layout,
             &[lights(), view_of(&scene.key_map), compare(), view_of(&geometry), view_of(&occlusion)],
@@ -172,7 +176,11 @@ impl Renderer {
                 pass.draw(0..4, 0..1);
             }
         }
-        let screens = [(&p.occlusion, &occlusion_group, &noisy), (&p.blur, &blur_group, &occlusion)];
+        let screens = [
+            (&p.occlusion, &occlusion_group, &noisy),
+            (&p.tile_blur, &tile_group, &coarse),
+            (&p.wide_blur, &wide_group, &occlusion),
+        ];
         for (pipeline, group, target) in screens {
             let mut pass = begin(&mut encoder, "occlusion", Some(target), None);
             screen(&mut pass, pipeline, &on_frame, group);
@@ -297,6 +305,7 @@ fn frame(scene: &PreparedScene, view: &View) -> Result<Frame, RenderError> {
     // a hair lower than what stands on it, so that undersides don't flicker through
     let floor = scene.floor.unwrap_or(lo.z) - 0.0005;
     let reach = (NEAR_REACH * diagonal).clamp(NEAR_REACH_BOUNDS.0, NEAR_REACH_BOUNDS.1);
+    let spacing = scene.lighting.key_spacing;
     Ok(Frame {
         clip_from_world: f(&clip_from_world),
         view_from_world: f(&view_from_world),
@@ -305,7 +314,7 @@ fn frame(scene: &PreparedScene, view: &View) -> Result<Frame, RenderError> {
         key: with(scene.lighting.studio.key, scene.lighting.key_texel),
         fill: with(scene.lighting.studio.fill, scene.lighting.dome_texel),
         ground: [middle.x as f32, middle.y as f32, floor as f32, (8.0 * diagonal).max(4.0) as f32],
-        occlusion: [reach as f32, 0.0, scene.lighting.key_spacing[0] as f32, scene.lighting.key_spacing[1] as f32],
+        occlusion: [reach, scene.lighting.penumbra, spacing[0], spacing[1]].map(|c| c as f32),
     })
 }
 

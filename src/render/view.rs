@@ -129,7 +129,7 @@ impl Framing {
             // a robot in front of a wall would hide its drawing from straight ahead
             "front" => View::fit(&corners, turned(if upright { 0.0 } else { -25.0 }, 16.0), up, 0.08, size),
             "hero" => View::fit(&corners, turned(if upright { -40.0 } else { -52.0 }, 24.0), up, 0.06, size),
-            "side" => View::fit(&corners, turned(-90.0, 8.0), up, 0.08, size),
+            "side" => View::fit(&corners, turned(90.0, 8.0), up, 0.08, size),
             "top" => View::fit(&corners, -Vector3::z(), -ahead, 0.08, size),
             "canvas" => {
                 let sheet_up = self.world_from_sheet.rotation * Vector3::y();
