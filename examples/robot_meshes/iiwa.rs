@@ -16,15 +16,15 @@ const CELL: f64 = 13.0;
 const TUBE: f64 = 67.5;
 
 /// Radius of the housings about the pitch axes.
-const DRUM: f64 = 73.0;
+const DRUM: f64 = 71.0;
 
 /// A housing from a vertical tube to a drum about y. In its own coordinates the drum's axis is y through the origin, the
 /// plane where it meets its neighbour is `y = 0` and it lies at `y > 0`; the tube stands at `y = tube_y`, from its open
 /// end at `-end` (below) to the drum.
 fn elbow(tube_y: f64, depth: f64, end: f64) -> Solid {
-    let drum = cylinder(at(0.0, -10.0, 0.0), at(0.0, depth, 0.0), DRUM, 26.0);
-    let neck = rod(at(0.0, tube_y, -end + 64.0), TUBE - 10.0, at(0.0, depth * 0.5, -4.0), 66.0);
-    let tube = cylinder(at(0.0, tube_y, -end - 40.0), at(0.0, tube_y, -end + 62.0), TUBE, 24.0);
+    let drum = cylinder(at(0.0, -10.0, 0.0), at(0.0, depth, 0.0), DRUM, 33.0);
+    let neck = rod(at(0.0, tube_y, -end + 68.0), TUBE - 13.0, at(0.0, depth * 0.46, -4.0), 60.0);
+    let tube = cylinder(at(0.0, tube_y, -end - 40.0), at(0.0, tube_y, -end + 62.0), TUBE - 3.0, 24.0);
     let body = join(join(tube, neck, 40.0), drum, 34.0);
     // The neighbour's drum swings past on the other side of the plane.
     let swing = common(
@@ -56,14 +56,14 @@ pub fn parts() -> Vec<(String, Mesh)> {
 
     // Shared by several links: round covers and rings for the outer faces, along z, and the seam between two tubes.
     let o = at(0.0, 0.0, 0.0);
-    add("cover", lid(45.0, 1.6, o, Vector3::z()));
-    add("cover_ring", band(45.4, 50.5, -4.0, 1.0, o, Vector3::z()));
+    add("cover", lid(38.0, 1.6, o, Vector3::z()));
+    add("cover_ring", band(38.4, 42.5, -4.0, 1.0, o, Vector3::z()));
     add("wrist_cover", lid(34.0, 1.4, o, Vector3::z()));
     add("wrist_ring", band(34.4, 38.5, -4.0, 1.0, o, Vector3::z()));
     add("seam", band(50.0, TUBE - 1.0, -4.0, 4.0, o, Vector3::z()));
-    let collar = [(56.0, 1.2), (TUBE + 0.4, 1.2), (TUBE + 1.3, 2.2), (TUBE + 1.3, 14.0), (TUBE - 0.4, 17.0)];
+    let collar = [(56.0, 1.2), (TUBE + 0.3, 1.2), (TUBE + 1.2, 2.1), (TUBE + 1.2, 13.0), (TUBE - 5.0, 18.0)];
     add("collar", turn(&collar, o, Vector3::z(), 40));
-    add("drum_seam", band(50.0, DRUM - 2.0, -4.0, 4.0, o, Vector3::z()));
+    add("drum_seam", band(50.0, DRUM - 4.0, -4.0, 4.0, o, Vector3::z()));
 
     // The base: a foot that flows into the first tube, and the block of plugs behind it.
     let flare = (0..=10).map(|i| {
@@ -93,9 +93,9 @@ pub fn parts() -> Vec<(String, Mesh)> {
     add("link_2", housing(&hanging, [-95.0, -95.0, -100.0], [95.0, 140.0, 210.0], CELL));
 
     // Link 5: from the tube to a slim blade at -y that carries the wrist.
-    let tube = cylinder(at(0.0, 0.0, -70.0), at(0.0, 0.0, 52.0), TUBE, 24.0);
-    let lean = rod(at(0.0, -4.0, 44.0), 58.0, at(0.0, -58.0, 168.0), 46.0);
-    let blade = cylinder(at(0.0, -98.0, 192.5), at(0.0, -60.0, 192.5), 59.0, 14.0);
+    let tube = cylinder(at(0.0, 0.0, -70.0), at(0.0, 0.0, 52.0), TUBE - 3.0, 24.0);
+    let lean = rod(at(0.0, -5.0, 48.0), 54.0, at(0.0, -58.0, 168.0), 46.0);
+    let blade = cylinder(at(0.0, -98.0, 192.5), at(0.0, -60.0, 192.5), 57.0, 16.0);
     let body = join(join(tube, lean, 30.0), blade, 30.0);
     let wrist = join(
         rod(at(0.0, 0.0, 192.5), 71.5, at(0.0, 0.0, 290.0), 71.5),

@@ -27,7 +27,7 @@ pub fn parts() -> Vec<(String, Mesh)> {
     let tube = [(0.55, 122.5), (0.5, 126.4), (0.3, 127.3), (0.0, 127.5)];
     vec![
         ("pen_plate".to_string(), plate.with(screw)),
-        ("pen_body".to_string(), turn(&body, o, z, 36).with(screws)),
+        ("pen_body".to_string(), turn(&body, o, z, 30).with(screws)),
         ("pen_barrel".to_string(), turn(&barrel, o, z, 24)),
         (
             "pen_grip".to_string(),

@@ -62,16 +62,19 @@ pub fn parts() -> Vec<(String, Mesh)> {
     // Forearm, back by the elbow's width.
     let near = 7.0;
     let tube = cylinder(at(-25.0, 0.0, near), at(-370.0, 0.0, near), 37.5, 2.0);
-    let body = join(join(drum(0.0, -50.0, 62.0, 54.5), tube, 10.0), drum(-392.2, -48.0, 84.0, 45.0), 10.0);
-    add("forearm", housing(&body, [-460.0, -75.0, -70.0], [75.0, 75.0, 106.0], 15.0));
+    let body = join(join(drum(0.0, -24.0, 63.0, 54.5), tube, 10.0), drum(-392.2, -40.0, 60.0, 45.0), 10.0);
+    add("forearm", housing(&body, [-460.0, -75.0, -70.0], [75.0, 75.0, 106.0], 16.0));
 
-    // Wrist 1, a tee of two drums; wrist 2 is the same turned half round.
-    let tee = join(
-        cylinder(at(0.0, 0.0, -45.3), at(0.0, 0.0, 45.0), 45.0, 4.0),
-        cylinder(at(0.0, 40.0, 0.0), at(0.0, -52.5, 0.0), 44.5, 6.0),
-        10.0,
-    );
-    add("wrist_1", housing(&tee, [-62.0, -72.0, -64.0], [62.0, 62.0, 64.0], 9.5));
+    // Wrists 1 and 2: tees of two drums, one along the joint's own axis, one along the next.
+    let tee = |low: f64, high: f64, back: f64, front: f64| {
+        join(
+            cylinder(at(0.0, 0.0, low), at(0.0, 0.0, high), 45.0, 4.0),
+            cylinder(at(0.0, back, 0.0), at(0.0, front, 0.0), 44.5, 6.0),
+            10.0,
+        )
+    };
+    add("wrist_1", housing(&tee(-71.0, 44.0, 40.0, -52.5), [-62.0, -72.0, -90.0], [62.0, 62.0, 64.0], 10.5));
+    add("wrist_2", housing(&tee(-45.0, 44.0, -40.0, 52.5), [-62.0, -62.0, -64.0], [62.0, 72.0, 60.0], 10.0));
 
     let flange =
         [(30.0, -43.6), (43.0, -43.6), (44.0, -42.6), (44.0, -15.0), (42.5, -13.5), (37.5, -13.0), (37.5, -7.0)];

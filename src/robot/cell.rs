@@ -196,6 +196,14 @@ impl Place<'_> {
         let line = line.map_or(start, |(i, _)| i) + 1;
         ConfigError::Invalid { file: self.file.to_path_buf(), line, message: message.into() }.into()
     }
+
+    /// A name that the URDF doesn't have is this file's mistake: it is shown at the key that gives the name.
+    fn misnamed(&self, error: RobotError, key_of: impl Fn(&str) -> String) -> RobotError {
+        match &error {
+            RobotError::NoSuchName { option, .. } => self.invalid(&key_of(option), error.to_string()),
+            _ => error,
+        }
+    }
 }
 
 impl ArmFile {
@@ -207,7 +215,8 @@ impl ArmFile {
             packages: self.packages.iter().map(|(name, dir)| (name.clone(), folder.join(dir))).collect(),
             freeze: self.freeze.clone(),
         };
-        let UrdfArm { mut model, mut notes } = load_with_notes(&folder.join(&self.urdf), &options)?;
+        let UrdfArm { mut model, mut notes } = load_with_notes(&folder.join(&self.urdf), &options)
+            .map_err(|e| place.misnamed(e, |option| option.replace("tip_", "flange_")))?;
         if let Some(name) = &self.name {
             model.name.clone_from(name);
         }
@@ -236,7 +245,8 @@ impl ArmFile {
                 tip_link: tool.tip_link.clone(),
                 ..UrdfOptions::default()
             };
-            let loaded = load_with_notes(&folder.join(&tool.urdf), &options)?;
+            let loaded = load_with_notes(&folder.join(&tool.urdf), &options)
+                .map_err(|e| place.misnamed(e, |_| "tool".to_string()))?;
             if loaded.model.dof() > 0 {
                 let joint = &loaded.model.joints[0].name;
                 return Err(
@@ -356,9 +366,9 @@ mod tests {
             ),
             ("home_deg = [0, 25,", "home_deg = [0, 125,", "iiwa_fixed.toml:11: joint `A2` at 125 deg is outside"),
             ("friction_rejection = 0.95", "friction_rejection = 1.5", "iiwa_fixed.toml:15: friction_rejection 1.5"),
-            ("flange_link = \"link_ee\"", "flange_link = \"link_ees\"", "did you mean `link_ee`?"),
+            ("flange_link = \"link_ee\"", "flange_link = \"link_ees\"", "iiwa_fixed.toml:7: "),
             ("flange_link", "flnge_link", "iiwa_fixed.toml:7: unknown key `flnge_link`: did you mean `flange_link`?"),
-            ("pen_holder.urdf\"", "iiwa7.urdf\", base_link = \"link_0\"", "there is no link `pen_tip`"),
+            ("pen_holder.urdf\"", "iiwa7.urdf\", base_link = \"link_0\"", "iiwa_fixed.toml:9: "),
             ("iiwa7.urdf", "iiwa8.urdf", "iiwa8.urdf"),
         ] {
             assert!(text.contains(from), "{from}");

@@ -49,6 +49,20 @@ pub enum RobotError {
         /// Why, and what would do instead.
         reason: String,
     },
+    /// The options name a link or joint that the file doesn't have.
+    #[error("{}: there is no {kind} `{name}`{hint}", file.display())]
+    NoSuchName {
+        /// The URDF.
+        file: PathBuf,
+        /// The option: `base_link`, `tip_link` or `freeze`.
+        option: &'static str,
+        /// "link" or "joint".
+        kind: &'static str,
+        /// The name that was asked for.
+        name: String,
+        /// "; did you mean ...?", or nothing.
+        hint: String,
+    },
     /// A mesh that a link refers to can't be used.
     #[error("{}:{line}: {element}: mesh `{mesh}`: {reason}", file.display())]
     Mesh {

@@ -25,6 +25,7 @@ use self::shape::Shapes;
 use self::source::Source;
 use self::tree::{Tree, axis_of, held_pose, pose_of};
 use super::{ArmModel, JointKind, JointModel, LinkModel, MAX_DOF, RobotError, SpatialInertia};
+use crate::config::nearest;
 use crate::math::Pose;
 
 /// Which part of a URDF is the arm, and how to find its meshes.
@@ -71,9 +72,11 @@ pub fn parse(text: &str, file: &Path, options: &UrdfOptions) -> Result<UrdfArm, 
     let source = Source::parse(text, file)?;
     let tree = Tree::new(&source)?;
     for name in options.freeze.keys() {
-        if !source.robot.joints.iter().any(|j| j.name == *name) {
-            let message = format!("there is no joint `{name}` to freeze");
-            return Err(RobotError::Xml { file: file.to_path_buf(), line: 1, message });
+        let joints = || source.robot.joints.iter().map(|j| j.name.as_str());
+        if !joints().any(|j| j == name) {
+            let hint = nearest(name, joints()).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+            let file = file.to_path_buf();
+            return Err(RobotError::NoSuchName { file, option: "freeze", kind: "joint", name: name.clone(), hint });
         }
     }
     let base = tree.base(options.base_link.as_deref())?;
@@ -310,6 +313,57 @@ mod tests {
         assert!((pen.last_from_tip.translation.vector - Vector3::new(0.0, 0.0, 0.1275)).norm() < 1e-12);
         let reach = pen.links[0].capsules.iter().map(|c| c.a.z.max(c.b.z) + c.radius).fold(0.0, f64::max);
         assert!(reach < 0.1275 - 0.015, "capsules reach {reach}");
+    }
+
+    /// Farthest that a mesh vertex lies outside all capsules of its link, m.
+    fn leak(link: &LinkModel) -> f64 {
+        let outside = |p: &Point3<f64>| {
+            let depth = |c: &crate::robot::Capsule| {
+                let (p, ab) = (p - c.a, c.b - c.a);
+                let t = (p.dot(&ab) / ab.norm_squared().max(1e-12)).clamp(0.0, 1.0);
+                (p - ab * t).norm() - c.radius
+            };
+            link.capsules.iter().map(depth).fold(f64::INFINITY, f64::min)
+        };
+        let mut worst = 0.0;
+        for visual in &link.visuals {
+            if let crate::robot::VisualShape::Mesh { vertices, .. } = &visual.shape {
+                worst = vertices.iter().map(|p| outside(&(visual.link_from_visual * p))).fold(worst, f64::max);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn what_is_seen_lies_within_what_is_kept_clear() {
+        for (file, base, tip) in [("iiwa7.urdf", "link_0", "link_ee"), ("ur5e.urdf", "base_link", "tool0")] {
+            let arm = load(&robots(file), &chain(base, tip)).expect("loads");
+            for link in &arm.links {
+                let allowed = 0.014;
+                assert!(leak(link) < allowed, "{} of {file} sticks out by {:.4} m", link.name, leak(link));
+                let size = |v: &crate::robot::Visual| match &v.shape {
+                    crate::robot::VisualShape::Mesh { vertices, .. } => vertices.len(),
+                    _ => 0,
+                };
+                assert!(link.visuals.iter().map(size).sum::<usize>() > 300, "{} of {file} has a shape", link.name);
+            }
+        }
+    }
+
+    #[test]
+    fn meshes_are_small_and_all_used() {
+        let urdfs: String = ["iiwa7.urdf", "ur5e.urdf", "pen_holder.urdf"]
+            .map(|f| std::fs::read_to_string(robots(f)).expect("is there"))
+            .concat();
+        let mut total = 0;
+        for entry in std::fs::read_dir(robots("meshes")).expect("is there") {
+            let entry = entry.expect("readable");
+            let (name, size) = (entry.file_name().into_string().expect("UTF-8"), entry.metadata().expect("size").len());
+            assert!(urdfs.contains(&format!("meshes/{name}")), "{name} is used");
+            assert!(size < 60_000, "{name} has {size} bytes");
+            total += size;
+        }
+        assert!(total < 600_000, "{total} bytes in all");
     }
 
     /// An arm of two joints with a flange; tests break it one piece at a time.

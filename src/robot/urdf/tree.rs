@@ -123,15 +123,16 @@ impl<'s> Tree<'s> {
         }
     }
 
-    fn named(&self, name: &str, role: &str) -> Result<usize, RobotError> {
+    fn named(&self, name: &str, option: &'static str) -> Result<usize, RobotError> {
         let links = &self.source.robot.links;
         links.iter().position(|l| l.name == name).ok_or_else(|| {
-            let hint = nearest(name, links.iter().map(|l| l.name.as_str()))
-                .map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            RobotError::Xml {
+            let hint = nearest(name, links.iter().map(|l| l.name.as_str()));
+            RobotError::NoSuchName {
                 file: self.source.file.clone(),
-                line: 1,
-                message: format!("there is no link `{name}` for {role}{hint}"),
+                option,
+                kind: "link",
+                name: name.to_string(),
+                hint: hint.map_or(String::new(), |n| format!("; did you mean `{n}`?")),
             }
         })
     }
