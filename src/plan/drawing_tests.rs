@@ -184,7 +184,7 @@ fn assert_sound(
                 let lateral = (position - targets[0].position) - targets[0].normal * height;
                 assert!(lateral.norm() < 1e-4, "press {}", lateral.norm());
                 let speed = (arm.kinematics(&m.q).jacobian() * m.qd).fixed_rows::<3>(0).norm();
-                assert!(height > 0.004 || speed < 1.02 * o.landing_speed, "lands at {speed}");
+                assert!(height.abs() > 2e-4 || speed < 1.02 * o.landing_speed, "lands at {speed}");
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::robot::{ArmModel, JointVector};
 pub struct PlanOptions {
     /// Speed of the pen along a stroke, m/s.
     pub pen_speed: f64,
-    /// Highest speed of the pen in the last millimetres before it touches the canvas, m/s.
+    /// Highest speed of the pen where it may touch the canvas, m/s; pressing on may be twice as fast.
     pub landing_speed: f64,
     /// Highest speed of the tip while it travels, m/s.
     pub travel_speed: f64,
@@ -47,13 +47,13 @@ impl Default for PlanOptions {
     fn default() -> Self {
         Self {
             pen_speed: 0.04,
-            landing_speed: 0.02,
+            landing_speed: 0.008,
             travel_speed: 0.25,
             joint_speed_fraction: 0.2,
             joint_acceleration: 2.0,
             joint_jerk: 40.0,
             cartesian_acceleration: 0.5,
-            hover: 0.015,
+            hover: 0.008,
             press_depth: 0.003,
             step: 0.001,
             corner_angle: 20f64.to_radians(),

@@ -8,7 +8,7 @@ use crate::plan::spline::JointSpline;
 use crate::plan::surroundings::PenUse;
 use crate::plan::timing::{Piece, join};
 use crate::plan::waypoint::{Waypoint, midway};
-use crate::plan::{MotionLimits, PenTarget, Posture, Trajectory};
+use crate::plan::{Knot, MotionLimits, PenTarget, Posture, Trajectory};
 use crate::robot::JointVector;
 
 /// The motion of one run.
@@ -28,8 +28,14 @@ pub struct DrawnRun {
 
 /// How long a dot is pressed, s.
 const DOT_TIME: f64 = 0.2;
-/// Height over the canvas below which the pen comes down at landing speed, m.
-const LANDING_HEIGHT: f64 = 0.004;
+/// The pen comes down at landing speed from this height over the believed canvas, m, ...
+const TOUCH_ABOVE: f64 = 0.0015;
+/// ... to this depth under it, m: there it touches.
+const TOUCH_BELOW: f64 = 3e-4;
+/// How much faster it may go on once it touches: then only the spring of the impedance law is wound up.
+const PRESSING: f64 = 2.0;
+/// Rest at the press depth before the line begins, s.
+const SETTLING: f64 = 0.08;
 /// Distance between poses on the way up and down, m.
 const VERTICAL_STEP: f64 = 0.0015;
 /// Passes that add poses where the joint path strays.
@@ -165,11 +171,20 @@ fn vertical(cell: &Workcell, (mut q, mut heights): Upright, down: bool, limits: 
     // the path is a straight line: its heights are coordinates enough
     let positions: Vec<Vector3<f64>> = heights.iter().map(|h| Vector3::new(0.0, 0.0, *h)).collect();
     let mut piece = Piece::new(q, &positions, options.travel_speed);
-    let near = if down { options.landing_speed } else { options.pen_speed };
     for (speed, height) in piece.speed.iter_mut().zip(&heights) {
-        if *height < LANDING_HEIGHT {
-            *speed = near;
-        }
+        let bound = match *height {
+            h if h > TOUCH_ABOVE => continue,
+            _ if !down => options.pen_speed,
+            h if h > -TOUCH_BELOW => options.landing_speed,
+            _ => options.landing_speed * PRESSING,
+        };
+        *speed = speed.min(bound);
     }
-    Trajectory::new(piece.time(limits))
+    let mut knots = piece.time(limits);
+    if down {
+        // the nib and the arm come to rest before the line begins
+        let end = knots[knots.len() - 1];
+        knots.push(Knot { time: end.time + SETTLING, ..end });
+    }
+    Trajectory::new(knots)
 }

@@ -109,7 +109,7 @@ impl Default for DrawingFile {
             hatch_angle_deg: 45.0,
             tidy: true,
             merge_mm: 0.05,
-            simplify_mm: 0.02,
+            simplify_mm: 0.005,
             pattern: None,
         }
     }

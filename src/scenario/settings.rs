@@ -71,7 +71,7 @@ impl Default for PlanSettings {
             joint_acceleration_rad_s2: 2.0,
             joint_jerk_rad_s3: 40.0,
             acceleration_mm_s2: 500.0,
-            hover_mm: 15.0,
+            hover_mm: 8.0,
             step_mm: 1.0,
             partial: false,
         }
@@ -90,7 +90,7 @@ pub struct ControlSettings {
     pub damping_ratio: f64,
     /// Speed of the pen while drawing, mm/s.
     pub speed_mm_s: f64,
-    /// Highest speed of the pen as it comes down on the canvas, mm/s.
+    /// Highest speed of the pen where it may touch the canvas, mm/s; pressing on may be twice as fast.
     pub landing_speed_mm_s: f64,
     /// Highest speed of the pen while it travels, mm/s.
     pub travel_speed_mm_s: f64,
@@ -117,7 +117,7 @@ impl Default for ControlSettings {
             stiffness_nm_rad: [300.0, 300.0, 300.0],
             damping_ratio: 0.7,
             speed_mm_s: 40.0,
-            landing_speed_mm_s: 20.0,
+            landing_speed_mm_s: 8.0,
             travel_speed_mm_s: 250.0,
             nullspace_stiffness_nm_rad: 20.0,
             nullspace_damping_ratio: 0.7,

@@ -35,8 +35,9 @@ impl Nib {
     /// The contact of a nib at `tip` (m, world) that moves at `velocity` (m/s), `dt` s after the last call; `None` off
     /// the canvas.
     ///
-    /// - Normal: `F = k d (1 - c v)` with depth `d` and separation speed `v`, never negative (Hunt and Crossley 1975,
-    ///   doi:10.1115/1.3423596).
+    /// - Normal: `F = k d (1 - c v)` with depth `d` and separation speed `v` (Hunt and Crossley 1975,
+    ///   doi:10.1115/1.3423596). The loss is at most as large as the elastic force, so `0 <= F <= 2 k d`: fibres that are
+    ///   soft and lossy under the small motions of drawing don't turn hard in a fast landing.
     /// - Friction: bristles of stiffness `k_t` stretch with the slip until they hold `mu F`, then follow (Dahl's model,
     ///   Coulomb limit; Canudas de Wit et al. 1995, doi:10.1109/9.376053), with damping while they stick.
     pub fn touch(
@@ -72,7 +73,7 @@ impl Nib {
             return None;
         }
         let separation = velocity.dot(&n);
-        let normal_force = spring.stiffness * depth * (1.0 - spring.damping * separation);
+        let normal_force = spring.stiffness * depth * (1.0 - (spring.damping * separation).clamp(-1.0, 1.0));
         if normal_force <= 0.0 {
             return None;
         }
