@@ -105,28 +105,29 @@ impl Workcell<'_> {
 
     /// Solutions of one target from the first `seeds` seeds that the arm may take, and the best reason why not when there are none.
     pub fn solutions(&self, target: &PenTarget, seeds: usize) -> Result<Vec<IkSolution>, Obstruction> {
+        let arm = self.surroundings.arm();
         let mut found: Vec<IkSolution> = Vec::new();
-        let mut reason: Option<Obstruction> = None;
+        // the reason worth telling is that of the attempt that came nearest
+        let mut reason: Option<(Obstruction, f64)> = None;
         for seed in self.seeds(seeds) {
-            let attempt = self
-                .solver
-                .reach(target, &seed)
-                .map_err(|f| Obstruction::from_failure(self.surroundings.arm(), &f))
-                .and_then(|s| self.check(&s).map(|_| s));
-            match attempt {
-                Ok(s) if found.iter().all(|o| (o.q - s.q).amax() > 0.05) => found.push(s),
-                Ok(_) => {}
-                Err(r) => {
-                    let better = reason.as_ref().is_none_or(|old| match (old, &r) {
-                        (Obstruction::OutOfReach { distance: a }, Obstruction::OutOfReach { distance: b }) => b < a,
-                        _ => r.rank() > old.rank(),
-                    });
-                    if better {
-                        reason = Some(r);
+            let (failed, near) = match self.solver.reach(target, &seed) {
+                Ok(s) => match self.check(&s) {
+                    Ok(_) => {
+                        if found.iter().all(|o| (o.q - s.q).amax() > 0.05) {
+                            found.push(s);
+                        }
+                        continue;
                     }
-                }
+                    Err(r) => (r, 0.0),
+                },
+                Err(f) => (Obstruction::from_failure(arm, &f), f.position_error + 0.2 * f.axis_error),
+            };
+            let key = |r: &Obstruction| std::cmp::Reverse(r.rank());
+            if reason.as_ref().is_none_or(|(r, n)| key(&failed).cmp(&key(r)).then(near.total_cmp(n)).is_lt()) {
+                reason = Some((failed, near));
             }
         }
+        let reason = reason.map(|r| r.0);
         if found.is_empty() { Err(self.settle_reason(target, reason)) } else { Ok(found) }
     }
 

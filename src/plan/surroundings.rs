@@ -136,18 +136,13 @@ impl<'a> Surroundings<'a> {
         for (link, model) in self.arm.links.iter().enumerate().skip(1) {
             for (i, capsule) in model.capsules.iter().enumerate() {
                 let is_pen = link == last && self.pen == Some(i);
-                let (a, b) = (k.world_from_link(link) * capsule.a, k.world_from_link(link) * capsule.b);
+                // where the canvas lies on a table, the nib is as near to the one as to the other
+                let looked_at = if is_pen { self.trim(capsule, pen_use) } else { Some(*capsule) };
+                let Some(c) = looked_at.map(|c| c.transformed(k.world_from_link(link))) else { continue };
+                let margin = c.radius + self.canvas_margin;
+                nearer(self.canvas, &c.a, &c.b, margin, Contact::Canvas { link }, &mut room);
                 for (obstacle, mesh) in self.obstacles.iter().enumerate() {
-                    let contact = Contact::Obstacle { link, obstacle };
-                    nearer(mesh, &a, &b, capsule.radius + self.canvas_margin, contact, &mut room);
-                }
-                let trimmed = if is_pen {
-                    self.trim(capsule, pen_use).map(|c| c.transformed(k.world_from_link(link)))
-                } else {
-                    Some(Capsule { a, b, radius: capsule.radius })
-                };
-                if let Some(c) = trimmed {
-                    nearer(self.canvas, &c.a, &c.b, c.radius + self.canvas_margin, Contact::Canvas { link }, &mut room);
+                    nearer(mesh, &c.a, &c.b, margin, Contact::Obstacle { link, obstacle }, &mut room);
                 }
             }
         }
