@@ -99,7 +99,7 @@ pub(crate) fn iiwa_with_bent_pen() -> ArmModel {
 
 /// A posture with the elbow up and the wrist over the table in front.
 pub(crate) fn iiwa_home() -> JointVector {
-    JointVector::from_column_slice(&[0.0, 0.435332, 0.0, -1.91986, 0.0, -0.785399, -0.523599, 0.0, 0.0, 0.0])
+    JointVector::from_column_slice(&[0.0, 0.435332, 0.0, -1.91986, 0.0, -0.785399, 0.0, 0.0, 0.0, 0.0])
 }
 
 /// A UR5e on the floor (frames: Universal_Robots_ROS2_Description, BSD-3-Clause), pen 0.15 m beyond the flange.
