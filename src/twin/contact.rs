@@ -25,6 +25,9 @@ pub struct Contact {
     pub slip: Vector3<f64>,
 }
 
+/// Largest share by which the loss raises the nib's force as it is pressed.
+const LARGEST_LOSS: f64 = 0.2;
+
 /// What a nib remembers from step to step: how far its bristles are bent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Nib {
@@ -36,8 +39,8 @@ impl Nib {
     /// the canvas.
     ///
     /// - Normal: `F = k d (1 - c v)` with depth `d` and separation speed `v` (Hunt and Crossley 1975,
-    ///   doi:10.1115/1.3423596). The loss is at most as large as the elastic force, so `0 <= F <= 2 k d`: fibres that are
-    ///   soft and lossy under the small motions of drawing don't turn hard in a fast landing.
+    ///   doi:10.1115/1.3423596). The loss is bounded, `0 <= F <= 1.2 k d`: fibres that are lossy under the
+    ///   small motions of drawing don't turn hard in a fast landing, and give most of it back as they are let go.
     /// - Friction: bristles of stiffness `k_t` stretch with the slip until they hold `mu F`, then follow (Dahl's model,
     ///   Coulomb limit; Canudas de Wit et al. 1995, doi:10.1109/9.376053), with damping while they stick.
     pub fn touch(
@@ -73,7 +76,7 @@ impl Nib {
             return None;
         }
         let separation = velocity.dot(&n);
-        let normal_force = spring.stiffness * depth * (1.0 - (spring.damping * separation).clamp(-1.0, 1.0));
+        let normal_force = spring.stiffness * depth * (1.0 - (spring.damping * separation).clamp(-LARGEST_LOSS, 1.0));
         if normal_force <= 0.0 {
             return None;
         }
