@@ -49,7 +49,7 @@ pub fn plan_json(plan: &Plan, joints: &[Vec<String>]) -> String {
 
 fn arm_json<'a>(arm: &ArmPlan, joints: &'a [String]) -> ArmJson<'a> {
     let time_in = |wanted: &dyn Fn(SegmentKind) -> bool| -> f64 {
-        arm.segments.iter().filter(|s| wanted(s.kind)).map(|s| s.trajectory.duration()).sum()
+        arm.segments.iter().filter(|s| wanted(s.kind)).fold(0.0, |sum, s| sum + s.trajectory.duration())
     };
     let mut row = 0;
     let segments = arm.segments.iter().map(|s| {

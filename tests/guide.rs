@@ -1,0 +1,28 @@
+//! GUIDE.md tells everything there is to set and everything that is measured.
+use calamus::measure::MetricPath;
+use calamus::scenario::ScenarioFile;
+
+fn guide() -> String {
+    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/GUIDE.md")).unwrap()
+}
+
+#[test]
+fn every_key_of_a_scenario_is_in_the_guide() {
+    let (guide, schema) = (guide(), ScenarioFile::schema());
+    let objects = schema["$defs"].as_object().unwrap().values().chain([&schema]);
+    for object in objects.filter_map(|o| o["properties"].as_object()) {
+        for key in object.keys() {
+            let named = [format!("`{key}`"), format!("[{key}]"), format!(".{key}]"), format!("{key} = ")];
+            assert!(named.iter().any(|n| guide.contains(n)), "GUIDE.md doesn't explain `{key}`");
+        }
+    }
+}
+
+#[test]
+fn every_figure_is_in_the_guide_in_the_same_words() {
+    let guide = guide();
+    for m in MetricPath::ALL {
+        let row = format!("| `{}` | {} | {} |", m.path, m.unit, m.meaning);
+        assert!(guide.contains(&row), "GUIDE.md should have the row: {row}");
+    }
+}
