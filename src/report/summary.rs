@@ -39,7 +39,8 @@ pub fn summary(metrics: &Metrics, files: &[PathBuf]) -> String {
     if let Some(m) = &metrics.mapping {
         let area = m.area_ratio_p05.zip(m.area_ratio_p95).map(|(a, b)| format!("area times {a:.2} to {b:.2}"));
         let angle = m.angle_error_mean.map(|a| format!("angles off by {a:.1} deg on average"));
-        line("canvas", vec![Some(m.kind.clone()), area, angle]);
+        let length = m.length_error_max.map(|e| format!("lengths of strokes change by up to {}", percent(e)));
+        line("canvas", vec![Some(m.kind.clone()), area, angle, length]);
     }
     if let Some(p) = &metrics.plan {
         let changes = p.tool_changes.map(|n| counted(n, "pen change"));
@@ -85,6 +86,8 @@ fn counted(n: usize, noun: &str) -> String {
 
 /// A share in percent, with as many digits as tell it from none and all.
 fn percent(share: f64) -> String {
+    // below a part in a million it is rounding, not a figure
+    let share = if share.abs() < 1e-6 { 0.0 } else { share };
     let text = format!("{:.1}", share * 100.0);
     let rounded_away = (text == "100.0" && share < 1.0) || (text == "0.0" && share > 0.0);
     if rounded_away { format!("{:.3} %", share * 100.0) } else { format!("{} %", text.trim_end_matches(".0")) }
