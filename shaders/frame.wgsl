@@ -1,9 +1,6 @@
 // What every pass knows: the camera, the lights and where their shadow layers lie. Prepended to the other shaders.
 // World: z up, m. View: x right, y up, z towards the viewer, m. Colours are linear.
 
-const KEY_LAYERS: u32 = 64u;
-const DOME_LAYERS: u32 = 64u;
-
 struct Frame {
     clip_from_world: mat4x4<f32>,
     view_from_world: mat4x4<f32>,
@@ -17,22 +14,24 @@ struct Frame {
     fill: vec4<f32>,
     // xy: where the floor is lit brightest, z: its height (m), w: radius at which it has faded into the background (m)
     ground: vec4<f32>,
-    // x: radius of the screen-space occlusion, m; y: width of the key
-    // light's penumbra, m for each unit of depth; zw: spacing of its points as u and v for each unit of depth
+    // x: radius of the screen-space occlusion, m; y: width of the key light's penumbra, m for each unit of depth;
+    // zw: how far a point on the key light's rim shifts a shadow, in u and v for each unit of depth
     occlusion: vec4<f32>,
+    // rows of the shadow layer of the key light's middle
+    key_u: vec4<f32>,
+    key_v: vec4<f32>,
+    key_depth: vec4<f32>,
+    // x: number of layers of the key light. Not a constant of the shader: a software driver would unroll loops over it
+    // and then run them even where no pixel asks for them.
+    layers: vec4<u32>,
 }
 
-// A shadow layer as three rows: dot(row, (p, 1)) gives u, v and depth, all 0..1; w of `toward` is the weight.
+// A shadow layer as three rows: dot(row, (p, 1)) gives u, v and depth, all 0..1; `toward` is the direction to the light.
 struct Layer {
     u: vec4<f32>,
     v: vec4<f32>,
     depth: vec4<f32>,
     toward: vec4<f32>,
-}
-
-struct Lights {
-    key: array<Layer, 64>,
-    dome: array<Layer, 64>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

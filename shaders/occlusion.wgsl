@@ -2,13 +2,14 @@
 // scale, screen-space horizons the small one. Result: x the dome's visibility, y the near visibility, z the key light's,
 // all 0..1; w is 1 where the key light's shadow is too sharp for half size.
 
-@group(1) @binding(3) var geometry: texture_2d<f32>;
+@group(1) @binding(2) var geometry: texture_2d<f32>;
+@group(1) @binding(3) var<uniform> dome: array<Layer, 48>;
 @group(1) @binding(4) var dome_map: texture_depth_2d_array;
 
 const SLICES: i32 = 2;
 const STEPS: i32 = 5;
-// neighbours share the shadow layers among them; the blur that follows brings their results together
-const PHASES: u32 = 4u;
+// all pixels need all of them, so that this one is a constant
+const DOME_LAYERS: u32 = 48u;
 const PI: f32 = 3.14159265;
 
 @vertex
@@ -31,6 +32,7 @@ fn tile(pixel: vec2<i32>, salt: i32) -> f32 {
     return (f32(k) + 0.5) / 16.0;
 }
 
+// Which quarter of the key light's layers a pixel asks; the blur brings the results of neighbours together.
 fn phase(pixel: vec2<i32>) -> u32 {
     return u32((pixel.x & 1) + 2 * (pixel.y & 1));
 }
@@ -87,19 +89,18 @@ fn dome_visibility(pixel: vec2<i32>, world: vec3<f32>, n: vec3<f32>) -> f32 {
     let p = vec4(world + n * 1.5 * frame.fill.w, 1.0);
     var seen = 1e-4;
     var all = 1e-4;
-    for (var i = phase(pixel); i < DOME_LAYERS; i += PHASES) {
-        let toward = lights.dome[i].toward;
+    for (var i = 0u; i < DOME_LAYERS; i++) {
+        let toward = dome[i].toward;
         let cosine = dot(n, toward.xyz);
         if cosine > 0.0 {
-            let weight = cosine * toward.w;
-            let uv = vec2(dot(lights.dome[i].u, p), dot(lights.dome[i].v, p)) + jitter;
-            let depth = clamp(dot(lights.dome[i].depth, p), 0.0, 1.0);
+            let uv = vec2(dot(dome[i].u, p), dot(dome[i].v, p)) + jitter;
+            let depth = clamp(dot(dome[i].depth, p), 0.0, 1.0);
             var lit = textureSampleCompareLevel(dome_map, compare, uv, i, depth);
             if any(uv < vec2(0.0)) || any(uv > vec2(1.0)) {
                 lit = 1.0;
             }
-            seen += weight * lit;
-            all += weight;
+            seen += cosine * lit;
+            all += cosine;
         }
     }
     return seen / all;
@@ -120,10 +121,10 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let near = near_visibility(pixel, size, p, rotation * here.xyz);
     var key = vec2(0.0);
     if dot(here.xyz, frame.key.xyz) > 0.0 {
-        key = key_visibility(phase(pixel), PHASES, at.xy, world, here.xyz);
+        key = key_visibility(phase(pixel), at.xy, world, here.xyz);
     }
     // metres that a pixel of the picture covers here
     let metre_px = here.w * 2.0 * frame.eye.w / frame.screen.y;
-    let sharp = select(0.0, 1.0 - smoothstep(8.0, 20.0, key.y / metre_px), key.y > 0.0);
+    let sharp = select(0.0, 1.0 - smoothstep(6.0, 14.0, key.y / metre_px), key.y > 0.0);
     return vec4(dome_visibility(pixel, world, here.xyz), near, key.x, sharp);
 }

@@ -1,7 +1,7 @@
 // The lit scene: surfaces, floor and background, linear light.
 
-@group(1) @binding(3) var geometry: texture_2d<f32>;
-@group(1) @binding(4) var occlusion: texture_2d<f32>;
+@group(1) @binding(2) var geometry: texture_2d<f32>;
+@group(1) @binding(3) var occlusion: texture_2d<f32>;
 
 const PI: f32 = 3.14159265;
 // radiance of a white surface that faces the light, by light
@@ -57,15 +57,13 @@ fn occlusion_at(pixel: vec2<f32>, distance: f32, n: vec3<f32>) -> vec4<f32> {
 }
 
 // The key light's share: from the blurred half-size samples in wide penumbras, sampled here where shadows are sharp.
-fn key_light(pixel: vec2<f32>, world: vec3<f32>, n: vec3<f32>, seen: vec4<f32>) -> f32 {
-    if dot(n, frame.key.xyz) <= 0.0 {
-        return 0.0;
-    }
+fn key_light(world: vec3<f32>, n: vec3<f32>, seen: vec4<f32>) -> f32 {
     let sharp = clamp(4.0 * seen.w, 0.0, 1.0);
-    if sharp <= 0.0 {
-        return seen.z;
+    var lit = select(0.0, seen.z, dot(n, frame.key.xyz) > 0.0);
+    if lit > 0.0 && sharp > 0.0 {
+        lit = mix(lit, key_visibility_sharp(world, n), sharp);
     }
-    return mix(seen.z, key_visibility(0u, 1u, pixel, world, n).x, sharp);
+    return lit;
 }
 
 // What a mirror in the studio would see: sky, floor, an overhead softbox and a tall strip, blurred by roughness.
@@ -126,7 +124,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let seen = occlusion_at(in.clip.xy, -(frame.view_from_world * vec4(in.world, 1.0)).z, n);
     let l = frame.key.xyz;
     let nl = clamp(dot(n, l), 0.0, 1.0);
-    let lit = key_light(in.clip.xy, in.world, n, seen);
+    let lit = key_light(in.world, n, seen);
     let up = 0.5 + 0.5 * n.z;
     // light that comes back from bright neighbours lifts the occlusion of bright surfaces (Jimenez et al. 2016)
     let near = max(vec3(seen.y), ((seen.y * (2.0404 * albedo - 0.3324) - (4.7951 * albedo - 0.6417)) * seen.y + (2.7552 * albedo + 0.6903)) * seen.y);
@@ -168,7 +166,7 @@ fn floor_fragment(in: FloorVarying) -> @location(0) vec4<f32> {
     var share = vec3(1.0);
     if toward.z > 0.0 {
         let seen = occlusion_at(in.clip.xy, -(frame.view_from_world * vec4(in.world, 1.0)).z, n);
-        let lit = key_light(in.clip.xy, in.world, n, seen);
+        let lit = key_light(in.world, n, seen);
         let key = KEY * frame.key.z;
         // the last few hundredths are the steps between the sky's layers, which a bare floor would show
         let sky = min(1.0, 1.04 * seen.x) * seen.y;

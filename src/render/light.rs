@@ -1,7 +1,7 @@
 //! Where the studio's light comes from, and the shadow layers that sample it.
 //!
 //! The key light is an area: 64 points of a disc, each with its own shadow layer, whose mean is the soft shadow itself,
-//! sharp where things touch and wide where they are far. The sky is 64 directions over the upper half space.
+//! sharp where things touch and wide where they are far. The sky is 48 directions over the upper half space.
 use std::f64::consts::TAU;
 
 use bytemuck::{Pod, Zeroable};
@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 /// Shadow layers of the key light.
 pub(super) const KEY_LAYERS: usize = 64;
 /// Shadow layers of the sky.
-pub(super) const DOME_LAYERS: usize = 64;
+pub(super) const DOME_LAYERS: usize = 48;
 /// Edge of a key layer, texels.
 pub(super) const KEY_SIZE: u32 = 768;
 /// Edge of a sky layer, texels.
@@ -18,33 +18,32 @@ pub(super) const DOME_SIZE: u32 = 384;
 /// Radius of the key light seen from the scene, as the tangent of its angle.
 const KEY_RADIUS: f64 = 0.09;
 
-/// Rows that lead from the world to a layer's u, v and depth (0..=1), and the direction to the light with its weight.
+/// Rows that lead from the world to a layer's u, v and depth (0..=1), and the direction to the light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Layer {
-    u: [f32; 4],
-    v: [f32; 4],
-    depth: [f32; 4],
+    pub u: [f32; 4],
+    pub v: [f32; 4],
+    pub depth: [f32; 4],
     toward: [f32; 4],
 }
 
-/// All layers, as the shaders read them.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct Lights {
-    pub key: [Layer; KEY_LAYERS],
-    pub dome: [Layer; DOME_LAYERS],
-}
+/// The layers of the sky, as the shaders read them.
+pub(super) type Dome = [Layer; DOME_LAYERS];
 
 /// The lights of one scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lighting {
-    /// Layers.
-    pub lights: Lights,
+    /// Layers of the key light's points.
+    pub key: [Layer; KEY_LAYERS],
+    /// The layer of its middle, of which the others are shears about half depth.
+    pub key_middle: Layer,
+    /// Layers of the sky.
+    pub dome: Dome,
     /// Where the lights are.
     pub studio: Studio,
-    /// Spacing of the key light's points as u and v for each unit of depth.
-    pub key_spacing: [f64; 2],
+    /// How far a point on the key light's rim shears its layer, in u and v for each unit of depth.
+    pub key_shear: [f64; 2],
     /// Width of the key light's penumbra, m for each unit of depth between what casts it and where it falls.
     pub penumbra: f64,
     /// Edge of a key texel, m.
@@ -85,15 +84,11 @@ impl Lighting {
         let spread = |p: &Vector3<f64>| KEY_RADIUS * (p.dot(&l) - middle).abs();
         let (_, across) = extent(casters, |p| p.dot(&x), 2.5 / f64::from(KEY_SIZE), spread);
         let (_, along) = extent(casters, |p| p.dot(&y), 2.5 / f64::from(KEY_SIZE), spread);
-        let key = std::array::from_fn(|i| {
-            let [sx, sy] = disc(i).map(|c| c * KEY_RADIUS);
-            layer(
-                (x - l * sx, middle * sx, across),
-                (y - l * sy, middle * sy, along),
-                (-l, depth),
-                ((l + x * sx + y * sy).normalize(), share(i)),
-            )
-        });
+        let at = |[sx, sy]: [f64; 2]| {
+            let (u, v) = ((x - l * sx, middle * sx, across), (y - l * sy, middle * sy, along));
+            layer(u, v, (-l, depth), (l + x * sx + y * sy).normalize())
+        };
+        let key = std::array::from_fn(|i| at(disc(i).map(|c| c * KEY_RADIUS)));
         let mut dome_texel = 0.0f64;
         let dome = std::array::from_fn(|i| {
             let l = sky(i);
@@ -103,13 +98,13 @@ impl Lighting {
             let (height, along) = extent(casters, |p| p.dot(&y), margin, |_| 0.0);
             let (_, depth) = extent(casters, |p| -p.dot(&l), 0.0, |_| 0.0);
             dome_texel = dome_texel.max(width.max(height) / f64::from(DOME_SIZE));
-            layer((x, 0.0, across), (y, 0.0, along), (-l, depth), (l, 1.0))
+            layer((x, 0.0, across), (y, 0.0, along), (-l, depth), l)
         });
         let key_texel = (across[1] - across[0]).max(along[1] - along[0]) / f64::from(KEY_SIZE);
-        let spacing = KEY_RADIUS * (2.0 / KEY_LAYERS as f64).sqrt() * (depth[1] - depth[0]);
-        let key_spacing = [spacing / (across[1] - across[0]), spacing / (along[1] - along[0])];
-        let penumbra = 2.0 * KEY_RADIUS * (depth[1] - depth[0]);
-        Lighting { lights: Lights { key, dome }, studio, key_spacing, penumbra, key_texel, dome_texel }
+        let shear = KEY_RADIUS * (depth[1] - depth[0]);
+        let key_shear = [shear / (across[1] - across[0]), shear / (along[1] - along[0])];
+        let penumbra = 2.0 * shear;
+        Lighting { key, key_middle: at([0.0, 0.0]), dome, studio, key_shear, penumbra, key_texel, dome_texel }
     }
 }
 
@@ -138,7 +133,7 @@ fn layer(
     u: (Vector3<f64>, f64, [f64; 2]),
     v: (Vector3<f64>, f64, [f64; 2]),
     depth: (Vector3<f64>, [f64; 2]),
-    (toward, weight): (Vector3<f64>, f64),
+    toward: Vector3<f64>,
 ) -> Layer {
     let row = |(a, shift, [lo, hi]): (Vector3<f64>, f64, [f64; 2])| {
         let s = 1.0 / (hi - lo);
@@ -148,7 +143,7 @@ fn layer(
         u: row(u),
         v: row(v),
         depth: row((depth.0, 0.0, depth.1)),
-        toward: [toward.x as f32, toward.y as f32, toward.z as f32, weight as f32],
+        toward: [toward.x as f32, toward.y as f32, toward.z as f32, 0.0],
     }
 }
 
@@ -157,13 +152,7 @@ fn axes(l: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (x, l.cross(&x))
 }
 
-/// Share of the key light that comes from its point `i`: it falls to nothing at the rim, so that a shadow begins gently.
-fn share(i: usize) -> f64 {
-    let weight = |i| disc(i).map(|c| c * c).iter().sum::<f64>().mul_add(-1.0, 1.0).max(0.0).sqrt();
-    weight(i) / (0..KEY_LAYERS).map(weight).sum::<f64>()
-}
-
-/// Point `i` of the key light's unit disc: a golden-angle spiral.
+/// Point `i` of the key light's unit disc: a golden-angle spiral, as `shaders/key.wgsl` walks it.
 fn disc(i: usize) -> [f64; 2] {
     let r = ((i as f64 + 0.5) / KEY_LAYERS as f64).sqrt();
     let (s, c) = (i as f64 * TAU * 0.618_033_988_75).sin_cos();
@@ -187,7 +176,7 @@ mod tests {
         let casters: Vec<Point3<f32>> =
             (0..8).map(|i| Point3::new((i & 1) as f32, (i >> 1 & 1) as f32 * 0.4, (i >> 2) as f32 * 1.3)).collect();
         let lighting = Lighting::around(&casters, Studio::facing(&Vector3::x()));
-        for layer in lighting.lights.key.iter().chain(&lighting.lights.dome) {
+        for layer in lighting.key.iter().chain(&lighting.dome) {
             for p in &casters {
                 for row in [layer.u, layer.v, layer.depth] {
                     let at = row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3];
@@ -198,9 +187,20 @@ mod tests {
     }
 
     #[test]
-    fn the_key_light_is_centred_and_whole() {
-        let sum = |f: &dyn Fn(usize) -> f64| (0..KEY_LAYERS).map(f).sum::<f64>();
-        assert!((sum(&share) - 1.0).abs() < 1e-12);
-        assert!(sum(&|i| share(i) * disc(i)[0]).abs() < 0.02 && sum(&|i| share(i) * disc(i)[1]).abs() < 0.02);
+    fn key_layers_are_shears_of_the_middle_one() {
+        // what the shader relies on when it finds its way to a layer
+        let casters = [Point3::new(0.0, 0.1, 0.0), Point3::new(0.7, -0.4, 1.1), Point3::new(-0.3, 0.2, 0.6)];
+        let lighting = Lighting::around(&casters, Studio::facing(&Vector3::x()));
+        let dot = |row: [f32; 4], p: &Point3<f32>| row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3];
+        for (i, layer) in lighting.key.iter().enumerate() {
+            for p in &casters {
+                let depth = f64::from(dot(lighting.key_middle.depth, p));
+                let rows = [(layer.u, lighting.key_middle.u), (layer.v, lighting.key_middle.v)];
+                for (k, (row, middle)) in rows.into_iter().enumerate() {
+                    let walked = f64::from(dot(middle, p)) + disc(i)[k] * lighting.key_shear[k] * (depth - 0.5);
+                    assert!((f64::from(dot(row, p)) - walked).abs() < 1e-5);
+                }
+            }
+        }
     }
 }

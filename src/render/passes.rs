@@ -7,7 +7,7 @@ use wgpu::{
 };
 
 use super::gpu::Gpu;
-use super::light::{Layer, Lights};
+use super::light::{Dome, Layer};
 
 /// The shaders, each with what it needs put before it: (name, text).
 pub(super) const SHADERS: [(&str, &str); 7] = [
@@ -61,6 +61,10 @@ pub(super) struct Frame {
     pub fill: [f32; 4],
     pub ground: [f32; 4],
     pub occlusion: [f32; 4],
+    pub key_u: [f32; 4],
+    pub key_v: [f32; 4],
+    pub key_depth: [f32; 4],
+    pub layers: [u32; 4],
 }
 
 /// A surface's vertex in the world.
@@ -180,9 +184,9 @@ impl Passes {
 
         let frame_layout = group("frame", &[uniform::<Frame>(false)]);
         let layer_layout = group("layer", &[uniform::<Layer>(true)]);
-        let occlusion_layout = group("occlusion", &[uniform::<Lights>(false), layers, comparison, plain, layers]);
+        let occlusion_layout = group("occlusion", &[layers, comparison, plain, uniform::<Dome>(false), layers]);
         let blur_layout = group("blur", &[plain, plain]);
-        let surface_layout = group("surface", &[uniform::<Lights>(false), layers, comparison, plain, plain]);
+        let surface_layout = group("surface", &[layers, comparison, plain, plain]);
         let develop_layout = group("develop", &[samples]);
         let compare = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("shadow"),

@@ -31,7 +31,7 @@ struct Chunk {
 pub struct PreparedScene {
     surfaces: Vec<Chunk>,
     ink: Vec<Chunk>,
-    lights: wgpu::Buffer,
+    dome: wgpu::Buffer,
     key_map: TextureView,
     dome_map: TextureView,
     lighting: Lighting,
@@ -71,26 +71,26 @@ impl Renderer {
         });
         let bounds = if casters.is_empty() { (Point3::origin(), Point3::origin()) } else { bounds };
         let map = |label, size: u32, layers: usize| self.gpu.target(label, [size, size], layers as u32, 1, SHADOW);
-        let (key, dome) = (map("key", KEY_SIZE, KEY_LAYERS), map("dome", DOME_SIZE, DOME_LAYERS));
+        let (key, sky) = (map("key", KEY_SIZE, KEY_LAYERS), map("dome", DOME_SIZE, DOME_LAYERS));
         let array =
             wgpu::TextureViewDescriptor { dimension: Some(wgpu::TextureViewDimension::D2Array), ..Default::default() };
         let prepared = PreparedScene {
             surfaces: self.chunks(&vertices, &triangles),
             ink: self.chunks(&scene.ink.vertices, &scene.ink.triangles),
-            lights: self.gpu.buffer("lights", &[lighting.lights], BufferUsages::UNIFORM),
+            dome: self.gpu.buffer("dome", &lighting.dome, BufferUsages::UNIFORM),
             key_map: key.create_view(&array),
-            dome_map: dome.create_view(&array),
+            dome_map: sky.create_view(&array),
             lighting,
             bounds,
             floor: scene.floor,
         };
-        self.cast_shadows(&prepared, &key, &dome);
+        self.cast_shadows(&prepared, &key, &sky);
         self.gpu.check()?;
         Ok(prepared)
     }
 
     fn cast_shadows(&self, scene: &PreparedScene, key: &wgpu::Texture, dome: &wgpu::Texture) {
-        let layers = scene.lighting.lights.key.iter().chain(&scene.lighting.lights.dome);
+        let layers = scene.lighting.key.iter().chain(&scene.lighting.dome);
         let mut rows = vec![0u8; LAYER_STRIDE * (KEY_LAYERS + DOME_LAYERS)];
         for (slot, layer) in rows.chunks_exact_mut(LAYER_STRIDE).zip(layers) {
             slot[..size_of::<Layer>()].copy_from_slice(bytemuck::bytes_of(layer));
@@ -151,18 +151,21 @@ impl Renderer {
 
         let view_of = |v| BindingResource::TextureView(v);
         let compare = || BindingResource::Sampler(&p.compare);
-        let lights = || scene.lights.as_entire_binding();
         let on_frame = self.group(&p.frame_layout, &[frame.as_entire_binding()]);
         let occlusion_group = self.group(
             &p.occlusion_layout,
-            &[lights(), view_of(&scene.key_map), compare(), view_of(&geometry), view_of(&scene.dome_map)],
+            &[
+                view_of(&scene.key_map),
+                compare(),
+                view_of(&geometry),
+                scene.dome.as_entire_binding(),
+                view_of(&scene.dome_map),
+            ],
         );
         let tile_group = self.group(&p.blur_layout, &[view_of(&geometry), view_of(&noisy)]);
         let wide_group = self.group(&p.blur_layout, &[view_of(&geometry), view_of(&coarse)]);
-        let surface_group = self.group(
-            &p.surface_layout,
-            &[lights(), view_of(&scene.key_map), compare(), view_of(&geometry), view_of(&occlusion)],
-        );
+        let surface_group = self
+            .group(&p.surface_layout, &[view_of(&scene.key_map), compare(), view_of(&geometry), view_of(&occlusion)]);
         let develop_group = self.group(&p.develop_layout, &[view_of(&light)]);
 
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -305,7 +308,7 @@ fn frame(scene: &PreparedScene, view: &View) -> Result<Frame, RenderError> {
     // a hair lower than what stands on it, so that undersides don't flicker through
     let floor = scene.floor.unwrap_or(lo.z) - 0.0005;
     let reach = (NEAR_REACH * diagonal).clamp(NEAR_REACH_BOUNDS.0, NEAR_REACH_BOUNDS.1);
-    let spacing = scene.lighting.key_spacing;
+    let shear = scene.lighting.key_shear;
     Ok(Frame {
         clip_from_world: f(&clip_from_world),
         view_from_world: f(&view_from_world),
@@ -314,7 +317,11 @@ fn frame(scene: &PreparedScene, view: &View) -> Result<Frame, RenderError> {
         key: with(scene.lighting.studio.key, scene.lighting.key_texel),
         fill: with(scene.lighting.studio.fill, scene.lighting.dome_texel),
         ground: [middle.x as f32, middle.y as f32, floor as f32, (8.0 * diagonal).max(4.0) as f32],
-        occlusion: [reach, scene.lighting.penumbra, spacing[0], spacing[1]].map(|c| c as f32),
+        occlusion: [reach, scene.lighting.penumbra, shear[0], shear[1]].map(|c| c as f32),
+        key_u: scene.lighting.key_middle.u,
+        key_v: scene.lighting.key_middle.v,
+        key_depth: scene.lighting.key_middle.depth,
+        layers: [KEY_LAYERS as u32, 0, 0, 0],
     })
 }
 
