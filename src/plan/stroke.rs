@@ -35,7 +35,7 @@ const TOUCH_BELOW: f64 = 3e-4;
 /// How much faster it may go on once it touches: then only the spring of the impedance law is wound up.
 const PRESSING: f64 = 2.0;
 /// Rest at the press depth before the line begins, s.
-const SETTLING: f64 = 0.08;
+const SETTLING: f64 = 0.15;
 /// Distance between poses on the way up and down, m.
 const VERTICAL_STEP: f64 = 0.0015;
 /// Passes that add poses where the joint path strays.
