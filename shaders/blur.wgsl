@@ -36,7 +36,7 @@ fn mean(pixel: vec2<i32>, stride: i32) -> vec4<f32> {
     }
     let result = sum / weights;
     // a shadow's edge may be so sharp that it falls between two points
-    return vec4(result.xyz, max(result.w, smoothstep(0.35, 0.6, brightest - darkest)));
+    return vec4(result.xyz, max(result.w, smoothstep(0.6, 0.85, brightest - darkest)));
 }
 
 @fragment

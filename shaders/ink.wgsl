@@ -30,8 +30,8 @@ fn vertex(
     let metre_px = depth * 2.0 * frame.eye.w / frame.screen.y;
     let along = dot(v, tangent);
     let facing = dot(v, normal);
-    // how much narrower the line looks than it is
-    let narrow = clamp(abs(facing) / sqrt(max(1.0 - along * along, 1e-4)), 0.08, 1.0);
+    // how much narrower the line looks than it is; less is not followed, lest the edge leave a curved canvas
+    let narrow = clamp(abs(facing) / sqrt(max(1.0 - along * along, 1e-4)), 0.3, 1.0);
     let pixel = metre_px / narrow;
     let reach = abs(shape.y) * shape.x + 0.75 * pixel;
     let p = position + tangent * shape.z + edge * reach + normal * LIFT + v * PULL;
@@ -43,6 +43,6 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
     let half = sqrt(max(in.place.z * in.place.z - in.place.y * in.place.y, 0.0)) / in.place.w;
     let at = in.place.x / in.place.w;
     // the part of a pixel-wide box that the line covers, which stays right for lines thinner than a pixel
-    let cover = clamp(min(half, at + 0.5) - max(-half, at - 0.5), 0.0, 1.0) * step(0.02, in.facing);
+    let cover = clamp(min(half, at + 0.5) - max(-half, at - 0.5), 0.0, 1.0) * smoothstep(0.02, 0.08, in.facing);
     return vec4(mix(vec3(1.0), exp(-in.absorb), cover), 1.0);
 }
