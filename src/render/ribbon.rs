@@ -191,7 +191,7 @@ fn thinned(points: &[InkPoint]) -> Vec<Knot> {
     for p in points {
         let finite = p.position.iter().chain(p.normal.iter()).all(|c| c.is_finite());
         let Some(normal) = p.normal.try_normalize(1e-9) else { continue };
-        if !finite || !(p.width > 0.0 && p.width.is_finite() && p.density > 0.0 && p.density.is_finite()) {
+        if !(finite && p.width > 0.0 && p.width.is_finite() && p.density > 0.0 && p.density.is_finite()) {
             continue;
         }
         let knot = Knot { at: p.position, normal, half: 0.5 * p.width, density: p.density };

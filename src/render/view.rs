@@ -46,7 +46,7 @@ impl View {
         let back = self.eye - self.target;
         let right = self.up.cross(&back);
         let usable = |v: &Vector3<f64>| v.norm() > 1e-9 && v.norm().is_finite();
-        if !usable(&back) || !usable(&right) || !(self.fov_deg > 0.1 && self.fov_deg < 170.0) {
+        if !(usable(&back) && usable(&right) && self.fov_deg > 0.1 && self.fov_deg < 170.0) {
             return Err(RenderError::Camera {
                 eye: self.eye.into(),
                 target: self.target.into(),
