@@ -15,19 +15,29 @@ pub(super) struct Gpu {
     failure: Arc<Mutex<Option<String>>>,
 }
 
+/// The best adapter of some interfaces.
+fn adapter_of(backends: wgpu::Backends) -> Option<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends,
+        // the driver's own debugging layers are for those who debug drivers
+        flags: wgpu::InstanceFlags::empty(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    });
+    let options = wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        ..Default::default()
+    };
+    pollster::block_on(instance.request_adapter(&options)).ok()
+}
+
 impl Gpu {
     /// The best adapter there is; a software driver when there is no other.
     pub fn new() -> Result<Self, RenderError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            // the driver's own debugging layers are for those who debug drivers
-            flags: wgpu::InstanceFlags::empty(),
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
-        let options = wgpu::RequestAdapterOptions {
-            power_preference: wgpu::PowerPreference::HighPerformance,
-            ..Default::default()
-        };
-        let adapter = pollster::block_on(instance.request_adapter(&options)).map_err(|_| RenderError::NoAdapter)?;
+        // Vulkan first: merely asking GL for its adapters makes Mesa complain where there is no display
+        let adapter = [wgpu::Backends::VULKAN, wgpu::Backends::GL]
+            .into_iter()
+            .find_map(adapter_of)
+            .ok_or(RenderError::NoAdapter)?;
         let info = adapter.get_info();
         let limits = wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits());
         let descriptor = wgpu::DeviceDescriptor {
