@@ -23,8 +23,8 @@ pub enum TipShape {
 pub struct NibSpring {
     /// Normal stiffness `k`, N/m.
     pub stiffness: f64,
-    /// Normal damping `c`, s/m: the force of a nib that is `d` deep and leaves at speed `v` is `k d (1 - c v)`, held
-    /// between 0 and `1.2 k d` (Hunt and Crossley 1975, doi:10.1115/1.3423596, with a linear spring and bounded loss).
+    /// Normal damping `c`, s/m: the force of a nib whose depth `d` grows at speed `v` is `k d (1 + c v)`, held between 0
+    /// and `1.2 k d` (Hunt and Crossley 1975, doi:10.1115/1.3423596, with a linear spring and bounded loss).
     pub damping: f64,
     /// Stiffness of the bristles across the canvas, N/m: the nib bends this much before it slips.
     pub lateral_stiffness: f64,

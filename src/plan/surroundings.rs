@@ -69,10 +69,14 @@ pub struct Surroundings<'a> {
     press_depth: f64,
     /// Index of the pen's capsule among those of the last link.
     pen: Option<usize>,
+    /// The bare nib, from the pen's capsule (or the last link's origin) to the tip, in the last link's frame.
+    nib: Capsule,
     /// Largest distance of any point of the arm from each joint's axis, m (1 for sliding joints).
     reach: JointVector,
 }
 
+/// Distance kept between the travelling nib and everything, m; a lifted pen hovers higher.
+const NIB_MARGIN: f64 = 0.002;
 /// Extra length at the nib that is not looked at while it draws, m.
 const NIB_SLACK: f64 = 0.003;
 
@@ -84,6 +88,10 @@ impl<'a> Surroundings<'a> {
         let last = arm.links.last().map_or(&[][..], |l| &l.capsules);
         let pen =
             (0..last.len()).filter(|i| gap(&last[*i]) < 0.02).min_by(|a, b| gap(&last[*a]).total_cmp(&gap(&last[*b])));
+        let root = pen.map_or(Point3::origin(), |i| {
+            let (a, b) = (last[i].a, last[i].b);
+            if (a - tip).norm() < (b - tip).norm() { a } else { b }
+        });
         let mut beyond = tip.coords.norm();
         let mut reach = JointVector::zeros();
         for i in (0..arm.dof()).rev() {
@@ -109,6 +117,7 @@ impl<'a> Surroundings<'a> {
             self_margin: options.self_margin,
             press_depth: options.press_depth,
             pen,
+            nib: Capsule { a: root, b: tip, radius: 0.0 },
             reach,
         }
     }
@@ -144,6 +153,13 @@ impl<'a> Surroundings<'a> {
                 for (obstacle, mesh) in self.obstacles.iter().enumerate() {
                     nearer(mesh, &c.a, &c.b, margin, Contact::Obstacle { link, obstacle }, &mut room);
                 }
+            }
+        }
+        if pen_use == PenUse::Travelling {
+            let c = self.nib.transformed(k.world_from_link(last));
+            nearer(self.canvas, &c.a, &c.b, NIB_MARGIN, Contact::Canvas { link: last }, &mut room);
+            for (obstacle, mesh) in self.obstacles.iter().enumerate() {
+                nearer(mesh, &c.a, &c.b, NIB_MARGIN, Contact::Obstacle { link: last, obstacle }, &mut room);
             }
         }
         room

@@ -25,12 +25,12 @@ pub struct View {
 pub const NAMED_VIEWS: [&str; 5] = ["front", "hero", "top", "side", "canvas"];
 
 /// What the named views have to get into the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Framing {
     /// Axis-aligned bounds (lower, upper) of robot and canvas, m, world.
     pub bounds: (Point3<f64>, Point3<f64>),
-    /// Where the robot stands, m, world.
-    pub robot: Point3<f64>,
+    /// Joints of the forearm and the hand, m, world: what a close view shows of the robot.
+    pub hand: Vec<Point3<f64>>,
     /// Pose of the sheet's centre: x right and y up along the sheet, z out of the canvas.
     pub world_from_sheet: Pose,
     /// Width and height of the sheet, m.
@@ -113,7 +113,7 @@ impl Framing {
     /// The view of one of [`NAMED_VIEWS`], `size` px wide and high.
     ///
     /// "canvas" looks straight at the sheet, "front" at robot and sheet from the side where the drawing is seen,
-    /// "hero" from a quarter to its side and above, "side" at right angles to "front", "top" from straight above.
+    /// "hero" closer, at hand and sheet from a quarter to their side and above, "side" at right angles to "front", "top" from straight above.
     pub fn view(&self, name: &str, size: [u32; 2]) -> Result<View, RenderError> {
         let out = self.world_from_sheet.rotation * Vector3::z();
         let ahead = self.facing();
@@ -128,7 +128,8 @@ impl Framing {
         Ok(match name {
             // a robot in front of a wall would hide its drawing from straight ahead
             "front" => View::fit(&corners, turned(if upright { 0.0 } else { -25.0 }, 16.0), up, 0.08, size),
-            "hero" => View::fit(&corners, turned(if upright { -40.0 } else { -52.0 }, 24.0), up, 0.06, size),
+            "hero" if upright => View::fit(&self.close(), turned(-40.0, 34.0), up, 0.1, size),
+            "hero" => View::fit(&self.close(), turned(-52.0, 18.0), up, 0.1, size),
             "side" => View::fit(&corners, turned(90.0, 8.0), up, 0.08, size),
             "top" => View::fit(&corners, -Vector3::z(), -ahead, 0.08, size),
             "canvas" => {
@@ -158,6 +159,10 @@ impl Framing {
         (0..8).map(corner).chain(self.sheet_corners()).collect()
     }
 
+    fn close(&self) -> Vec<Point3<f64>> {
+        self.hand.iter().copied().chain(self.sheet_corners()).collect()
+    }
+
     fn sheet_corners(&self) -> Vec<Point3<f64>> {
         let [w, h] = self.sheet;
         [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
@@ -174,7 +179,7 @@ mod tests {
     fn framing(pose: Pose) -> Framing {
         Framing {
             bounds: (Point3::new(-0.3, -0.3, 0.0), Point3::new(0.9, 0.3, 1.2)),
-            robot: Point3::origin(),
+            hand: vec![Point3::new(0.2, 0.0, 0.9), Point3::new(0.5, 0.0, 0.6)],
             world_from_sheet: pose,
             sheet: [0.3, 0.2],
         }
@@ -188,7 +193,11 @@ mod tests {
             let f = framing(Pose::from_parts(Vector3::new(x, y, 0.4).into(), rotation));
             for name in NAMED_VIEWS {
                 let v = f.view(name, [w, h]).unwrap();
-                let points = if name == "canvas" { f.sheet_corners() } else { f.corners() };
+                let points = match name {
+                    "canvas" => f.sheet_corners(),
+                    "hero" => f.close(),
+                    _ => f.corners(),
+                };
                 for p in points {
                     let [px, py] = v.pixel_of(&p).expect("before the camera");
                     prop_assert!(px >= 0.0 && py >= 0.0 && px <= f64::from(w) && py <= f64::from(h), "{name}: {px} {py}");

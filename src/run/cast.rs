@@ -14,6 +14,8 @@ use crate::scenario::{self, Artwork, DrawingSpec, PenSpec, Scenario};
 use crate::surface::{BelievedCanvas, Scene, TrueCanvas};
 use crate::twin::LayerPen;
 
+/// Curves become polylines this near to them, m: well below what can be seen of the corners.
+const FLATTENING: f64 = 1e-5;
 /// Ink of generated patterns.
 const BLACK: Rgb = Rgb([26, 26, 30]);
 
@@ -77,7 +79,7 @@ pub(super) fn draw(spec: &DrawingSpec, progress: &dyn Progress) -> Result<Drawin
                     angle: spec.hatch_angle_deg.to_radians(),
                 },
             };
-            let loaded = drawing::load(file, &SvgOptions { size, fill, ..Default::default() })?;
+            let loaded = drawing::load(file, &SvgOptions { size, fill, tolerance: FLATTENING, ..Default::default() })?;
             for warning in &loaded.warnings {
                 progress.note(&format!("{}: {warning}", file.display()));
             }

@@ -134,7 +134,8 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
     metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics::of(&fit, &record.ink));
 
-    let svg = drawing_svg(&record.ink, cast.drawing.width, cast.drawing.height);
+    let [width, height] = pictures::page(&cast.drawing);
+    let svg = drawing_svg(&record.ink, width, height);
     written.other(out.write("drawing.svg", svg.as_bytes())?, "What was drawn, in mm, a layer an ink, width as drawn");
     let pictures = pictures::pictures(&scenario.render, &cast, &record, out, &mut written, progress)?;
     metrics.render = Some(pictures);

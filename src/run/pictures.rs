@@ -3,6 +3,7 @@ use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 
+use crate::drawing::Drawing;
 use crate::ink::{Image, RasterOptions, rasterise};
 use crate::measure::RenderMetrics;
 use crate::render::{ArmVisuals, Framing, Item, Material, RenderError, RenderScene, Renderer, Ribbons, View};
@@ -27,7 +28,8 @@ pub(super) fn pictures(
         settings.views.iter().map(String::as_str).chain(settings.cameras.iter().map(|c| c.name.as_str())).collect();
     progress.stage("pictures", Some(1 + names.len() as u64));
     let d = &cast.drawing;
-    let options = RasterOptions::with_long_side(d.width, d.height, settings.drawing_px);
+    let [width, height] = page(d);
+    let options = RasterOptions::with_long_side(width, height, settings.drawing_px);
     let flat = rasterise(&record.ink, &options)?;
     let flat = flat.to_png(Some(options.px_per_mm))?;
     written.picture(out.write("drawing.png", &flat)?, "The drawing, flat, as the pen left it");
@@ -63,6 +65,12 @@ pub(super) fn pictures(
     Ok(metrics)
 }
 
+/// Width and height (m) of the page that is shown: the sheet and a border, so that lines on its edge are whole.
+pub(super) fn page(drawing: &Drawing) -> [f64; 2] {
+    let border = 0.03 * drawing.width.max(drawing.height);
+    [drawing.width + 2.0 * border, drawing.height + 2.0 * border]
+}
+
 fn own_view(camera: &Camera, [width_px, height_px]: [u32; 2]) -> View {
     let point = |mm: [f64; 3]| Point3::from(mm.map(|x| x * 1e-3));
     View {
@@ -79,11 +87,14 @@ fn own_view(camera: &Camera, [width_px, height_px]: [u32; 2]) -> View {
 fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
     let scene = &cast.scene;
     let mut scenery = RenderScene::default();
-    let mut robot = Point3::origin();
+    let mut hand = Vec::new();
     for (arm, done) in cast.cell.arms.iter().zip(&record.arms) {
         let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
         scenery.items.extend(ArmVisuals::new(&arm.model).items(arm.model.kinematics(&q).world_from_links()));
-        robot = Point3::from(arm.model.world_from_base.translation.vector);
+        // the forearm and the hand are what a close view has to show of the robot
+        let k = arm.model.kinematics(&q);
+        let from = arm.model.dof() / 2;
+        hand.extend(k.world_from_links()[from..].iter().map(|p| Point3::from(p.translation.vector)));
     }
     scenery.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
     scenery.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(scene.color)));
@@ -95,7 +106,7 @@ fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
     scenery.floor = Some(0.0);
     let framing = Framing {
         bounds: (low, high),
-        robot,
+        hand,
         world_from_sheet: cast.truth.sheet.world_from_sheet,
         sheet: [cast.drawing.width, cast.drawing.height],
     };

@@ -28,17 +28,18 @@ pub struct Contact {
 /// Largest share by which the loss raises the nib's force as it is pressed.
 const LARGEST_LOSS: f64 = 0.2;
 
-/// What a nib remembers from step to step: how far its bristles are bent.
+/// What a nib remembers from step to step: how far its bristles are bent and how deep it was pressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Nib {
     stretch: Vector3<f64>,
+    depth: Option<f64>,
 }
 
 impl Nib {
     /// The contact of a nib at `tip` (m, world) that moves at `velocity` (m/s), `dt` s after the last call; `None` off
     /// the canvas.
     ///
-    /// - Normal: `F = k d (1 - c v)` with depth `d` and separation speed `v` (Hunt and Crossley 1975,
+    /// - Normal: `F = k d (1 + c v)` with depth `d` that grows at `v`, the change since the last step (Hunt and Crossley 1975,
     ///   doi:10.1115/1.3423596). The loss is bounded, `0 <= F <= 1.2 k d`: fibres that are lossy under the
     ///   small motions of drawing don't turn hard in a fast landing, and give most of it back as they are let go.
     /// - Friction: bristles of stiffness `k_t` stretch with the slip until they hold `mu F`, then follow (Dahl's model,
@@ -52,22 +53,7 @@ impl Nib {
         velocity: &Vector3<f64>,
         dt: f64,
     ) -> Option<Contact> {
-        let contact = self.find(spring, friction, canvas, tip, velocity, dt);
-        if contact.is_none() {
-            self.stretch = Vector3::zeros();
-        }
-        contact
-    }
-
-    fn find(
-        &mut self,
-        spring: &NibSpring,
-        friction: f64,
-        canvas: &TriMesh,
-        tip: &Point3<f64>,
-        velocity: &Vector3<f64>,
-        dt: f64,
-    ) -> Option<Contact> {
+        let before = std::mem::take(self);
         let at = canvas.closest_point_within(tip, REACH)?;
         let n = at.normal;
         let offset = tip - at.position;
@@ -76,13 +62,18 @@ impl Nib {
             return None;
         }
         let separation = velocity.dot(&n);
-        let normal_force = spring.stiffness * depth * (1.0 - (spring.damping * separation).clamp(-LARGEST_LOSS, 1.0));
+        // the smooth normal leans against the facet, so that the nib's velocity along it isn't how fast it is pressed
+        let pressing = before.depth.map_or(-separation, |last| (depth - last) / dt);
+        self.depth = Some(depth);
+        let loss = (spring.damping * pressing).clamp(-1.0, LARGEST_LOSS);
+        let normal_force = spring.stiffness * depth * (1.0 + loss);
         if normal_force <= 0.0 {
+            // the fibres come back more slowly than the pen leaves
             return None;
         }
         let slip = velocity - n * separation;
         // the bristles turn with the surface, then stretch with the slip
-        let mut stretch = self.stretch - n * self.stretch.dot(&n) + slip * dt;
+        let mut stretch = before.stretch - n * before.stretch.dot(&n) + slip * dt;
         let limit = friction * normal_force;
         let mut hold = stretch * -spring.lateral_stiffness;
         let pull = hold.norm();
