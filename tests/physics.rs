@@ -33,7 +33,7 @@ fn rapier_accelerates_at_rest_as_the_model_says() {
     let (arm, q) = iiwa();
     let (k, zero, dt) = (arm.kinematics(&q), JointVector::zeros(), 1e-3);
     for tau in [torques(), zero] {
-        let mut plant = RapierPlant::new(&[arm.clone()], &[q], dt).unwrap();
+        let mut plant = RapierPlant::new(std::slice::from_ref(&arm), &[q], dt).unwrap();
         let model = arm.forward_dynamics(&k, &zero, &tau).unwrap();
         plant.step(&[tau], &[TipForce::default()], &[k]).unwrap();
         let error = (plant.state(0).qd / dt - model).norm() / model.norm();
@@ -47,7 +47,7 @@ fn rapier_feels_a_force_at_the_tip_as_the_model_does() {
     let (k, zero, dt) = (arm.kinematics(&q), JointVector::zeros(), 1e-3);
     let tip =
         TipForce { point: Point3::from(k.world_from_tip().translation.vector), force: Vector3::new(3.0, -2.0, 9.0) };
-    let mut plant = RapierPlant::new(&[arm.clone()], &[q], dt).unwrap();
+    let mut plant = RapierPlant::new(std::slice::from_ref(&arm), &[q], dt).unwrap();
     let model = arm.forward_dynamics(&k, &zero, &(torques() + k.generalized_force(&tip.point, &tip.force))).unwrap();
     plant.step(&[torques()], &[tip], &[k]).unwrap();
     let error = (plant.state(0).qd / dt - model).norm() / model.norm();
@@ -56,7 +56,7 @@ fn rapier_feels_a_force_at_the_tip_as_the_model_does() {
 
 /// Relative difference of rapier's and the model's acceleration after 0.2 s of motion in steps of `dt`.
 fn moving_error(arm: &ArmModel, q: &JointVector, dt: f64) -> f64 {
-    let mut plant = RapierPlant::new(&[arm.clone()], &[*q], dt).unwrap();
+    let mut plant = RapierPlant::new(std::slice::from_ref(arm), &[*q], dt).unwrap();
     let tau = torques();
     for _ in 0..(0.2 / dt).round() as usize {
         let k = arm.kinematics(&plant.state(0).q);
@@ -89,7 +89,7 @@ fn both_plants_draw_the_same_motion() {
     }
     let dt = 1e-3;
     let mut plants: [Box<dyn Plant>; 2] = [
-        Box::new(RapierPlant::new(&[arm.clone()], &[q], dt).unwrap()),
+        Box::new(RapierPlant::new(std::slice::from_ref(&arm), &[q], dt).unwrap()),
         Box::new(ArticulatedPlant::new(vec![arm.clone()], &[q], dt)),
     ];
     let ends = plants.each_mut().map(|plant| {
@@ -140,7 +140,7 @@ fn a_step_is_answered_with_the_designed_damping() {
                 arm.clone(),
                 ImpedanceOptions { damping_ratio: ratio, torque_rate: f64::INFINITY, ..options.clone() },
             );
-            let mut plant = RapierPlant::new(&[arm.clone()], &[q], dt).unwrap();
+            let mut plant = RapierPlant::new(std::slice::from_ref(&arm), &[q], dt).unwrap();
             let (mut overshoot, dual) = (0.0f64, lambda * shape);
             for _ in 0..1500 {
                 let state = *plant.state(0);

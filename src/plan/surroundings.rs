@@ -189,7 +189,7 @@ impl<'a> Surroundings<'a> {
     /// What is first too near on the straight joint motion from `a` to `b`, or `None` when all of it is clear.
     ///
     /// Each look says how far the arm may move before it could enter a margin; the next look is no farther on than
-    /// that, so nothing slips between two looks. Where there is hardly any room it looks every [`FINEST`] m.
+    /// that, so nothing slips between two looks. Where there is hardly any room it looks every 2 mm.
     pub fn obstruction(&self, a: &JointVector, b: &JointVector, pen_use: PenUse) -> Option<(f64, Room)> {
         let whole = self.motion_bound(&(b - a));
         let mut u = 0.0;
