@@ -17,7 +17,7 @@ use crate::measure::{
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{DrawingSpec, Scenario};
-use crate::surface::{Projection, SurfaceDrawing, map_drawing};
+use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
 use crate::twin::{Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
@@ -98,7 +98,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let mapping = Projection::new(&cast.belief);
     let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
     let seconds = started.elapsed().as_secs_f64();
-    metrics.mapping = Some(MappingMetrics::of("projection", &cast.drawing, &mapped, seconds));
+    metrics.mapping = Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds));
     if until == Until::Mapping {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
         let text = serde_json::to_vec(&mapped)?;

@@ -1,8 +1,8 @@
 //! A scenario's settings in the terms of the stages: SI units.
 use crate::control::ImpedanceOptions;
 use crate::plan::PlanOptions;
-use crate::scenario::{Plant, Scenario};
-use crate::twin::{PlantKind, TwinOptions};
+use crate::scenario::Scenario;
+use crate::twin::TwinOptions;
 
 /// Settings of the planner.
 pub(super) fn plan_options(s: &Scenario) -> PlanOptions {
@@ -41,10 +41,7 @@ pub(super) fn control_options(s: &Scenario) -> ImpedanceOptions {
 /// Settings of the simulation.
 pub(super) fn twin_options(s: &Scenario) -> TwinOptions {
     TwinOptions {
-        plant: match s.sim.plant {
-            Plant::Rapier => PlantKind::Rapier,
-            Plant::Articulated => PlantKind::Articulated,
-        },
+        plant: s.sim.plant,
         sample_period: 1.0 / s.sim.record_hz,
         torque_noise: s.control.torque_noise_nm,
         delay: s.control.delay_ms * 1e-3,

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::settings::{BeliefKind, ControlSettings, Fill, MappingKind, PlanSettings, RenderSettings, SimSettings};
+use crate::surface::MappingKind;
+
+use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
 
 /// A scenario file: TOML, unknown keys refused, everything but the drawing and the canvas optional.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

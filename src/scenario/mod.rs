@@ -16,9 +16,7 @@ pub use assets::{Asset, AssetKind, Assets};
 pub use file::{CanvasFile, DrawingFile, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;
 pub use resolve::{Artwork, CanvasSpec, DrawingSpec, Pattern, PenSpec, Scenario, ScenarioError};
-pub use settings::{
-    BeliefKind, Camera, ControlSettings, Fill, MappingKind, PlanSettings, Plant, RenderSettings, SimSettings, VIEWS,
-};
+pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
 
 #[cfg(test)]
 mod tests;

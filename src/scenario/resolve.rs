@@ -6,14 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{self, ConfigError};
 use crate::measure::MetricPath;
+use crate::surface::MappingKind;
 
 use super::assets::{AssetKind, Assets, existing};
 use super::check::Check;
 use super::file::{CanvasFile, DrawingFile, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
-use super::settings::{
-    BeliefKind, ControlSettings, Fill, MappingKind, PlanSettings, RenderSettings, SimSettings, VIEWS,
-};
+use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
 
 /// A scenario that can't be used.
 #[derive(Debug, thiserror::Error)]

@@ -2,6 +2,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::twin::PlantKind;
+
 /// What becomes of the filled areas of an SVG.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -15,15 +17,6 @@ pub enum Fill {
     Hatch,
 }
 
-/// How the sheet is laid on the canvas.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum MappingKind {
-    /// Straight along the sheet's normal.
-    #[default]
-    Projection,
-}
-
 /// What the robot knows of the canvas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -31,17 +24,6 @@ pub enum BeliefKind {
     /// Its nominal mesh.
     #[default]
     Mesh,
-}
-
-/// What integrates the arm's dynamics.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Plant {
-    /// rapier's reduced-coordinate multibody.
-    #[default]
-    Rapier,
-    /// Calamus's own articulated-body integrator: faster, and independent of rapier.
-    Articulated,
 }
 
 /// `[plan]`: how strokes become joint motion.
@@ -135,14 +117,14 @@ impl Default for ControlSettings {
 #[serde(default, deny_unknown_fields)]
 pub struct SimSettings {
     /// What integrates the dynamics.
-    pub plant: Plant,
+    pub plant: PlantKind,
     /// Samples kept a simulated second, Hz; at most 1000, the rate of the physics.
     pub record_hz: f64,
 }
 
 impl Default for SimSettings {
     fn default() -> Self {
-        Self { plant: Plant::Rapier, record_hz: 100.0 }
+        Self { plant: PlantKind::Rapier, record_hz: 100.0 }
     }
 }
 

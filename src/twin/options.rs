@@ -7,7 +7,7 @@ pub enum PlantKind {
     /// rapier's reduced-coordinate multibody.
     #[default]
     Rapier,
-    /// Calamus's own forward dynamics.
+    /// Calamus's own articulated-body integrator: faster, and independent of rapier.
     Articulated,
 }
 
