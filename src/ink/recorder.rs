@@ -88,6 +88,11 @@ impl PenState {
     }
 }
 
+/// Time for which ink stays wet enough to take more without a seam, s.
+const WET: f64 = 1.0;
+/// How far from the end of a line its wet ink reaches, in widths of the line.
+const WET_REACH: f64 = 0.25;
+
 /// Records the lines of one pen in one arm's hand.
 ///
 /// Points are placed only as close as the line needs: at most 0.15 mm apart, or an eighth of the width of broad
@@ -159,6 +164,9 @@ impl InkRecorder {
             self.latest = Some(now);
             self.finish_line(&to_sheet);
         }
+        if !self.drawing && self.is_wet(&now, stroke) {
+            self.drawing = true;
+        }
         if !self.drawing {
             if let Some(point) = now.on_sheet(&to_sheet) {
                 self.strokes.push(InkStroke { ink: self.ink, stroke, arm: self.arm, points: vec![point] });
@@ -182,6 +190,14 @@ impl InkRecorder {
         if moved >= spacing * spacing || changed {
             self.keep_latest(&to_sheet);
         }
+    }
+
+    /// Whether a deposit falls on the still wet end of the last line of the same stroke: a nib that bounces as it lands
+    /// goes on with that line, and doesn't lay a second one over it.
+    fn is_wet(&self, now: &Deposit, stroke: Option<StrokeId>) -> bool {
+        let Some(line) = self.strokes.last().filter(|line| line.stroke == stroke) else { return false };
+        let Some(end) = line.points.last() else { return false };
+        now.time - end.time < WET && (now.position - end.position).norm() < WET_REACH * end.width
     }
 
     /// Makes the latest deposit a point of the line; ends the line where the sheet ends.
@@ -369,7 +385,8 @@ mod tests {
     fn merged_lines_stand_in_the_order_they_were_begun() {
         let (mut a, mut b) = (recorder("marker"), InkRecorder::new(PenModel::named("felt_tip").unwrap(), 1, 1));
         for i in 0..100 {
-            let c = contact(i as f64 * 4e-5, 1.0, 0.04);
+            // each line at a place of its own
+            let c = contact(i as f64 * 4e-5 + (i / 10) as f64 * 2e-2, 1.0, 0.04);
             a.step(DT, i as f64 * DT, ((i / 10) % 2 == 0).then_some(&c), STROKE, flat);
             b.step(DT, i as f64 * DT, ((i / 10) % 2 == 1).then_some(&c), STROKE, flat);
         }
@@ -396,5 +413,28 @@ mod tests {
                 prop_assert!(p.density > 0.0 && p.density <= r.pen.density_max);
             }
         }
+    }
+
+    #[test]
+    fn a_nib_that_bounces_on_the_spot_draws_one_line() {
+        let pen = PenModel::named("fineliner_08").unwrap();
+        let bounce = |shift: f64, pause: usize| {
+            let mut recorder = InkRecorder::new(pen.clone(), 0, 0);
+            let at = |x: f64| NibContact {
+                position: Point3::new(x, 0.0, 0.0),
+                normal: Vector3::z(),
+                normal_force: 1.05,
+                slip_speed: 0.0,
+            };
+            let sheet = |p: &Point3<f64>| Some(Point2::new(p.x, p.y));
+            for i in 0..20 + pause + 20 {
+                let contact = (i < 20 || i >= 20 + pause).then(|| at(if i < 20 { 0.0 } else { shift }));
+                recorder.step(1e-3, i as f64 * 1e-3, contact.as_ref(), None, sheet);
+            }
+            InkTrace::merged(Vec::new(), [recorder]).strokes.len()
+        };
+        assert_eq!(bounce(0.0, 15), 1);
+        assert_eq!(bounce(5e-4, 15), 2, "a new place is a new line");
+        assert_eq!(bounce(0.0, 1500), 2, "dry ink takes another layer");
     }
 }

@@ -98,7 +98,7 @@ pub struct PlanStatistics {
 /// What an arm does, what it can't do, and figures.
 #[derive(Clone, Debug)]
 pub struct Planned {
-    /// Segments from home to home.
+    /// Segments from home to the service pose.
     pub plan: ArmPlan,
     /// What is drawn and what is not.
     pub reach: ReachReport,
@@ -130,7 +130,8 @@ struct Solved {
 
 /// Plans all of `drawing` for arm number `arm_index` of the cell.
 ///
-/// The arm starts and ends at rest at `home`, with the first ink's pen in its holder; pens are changed at `service`.
+/// The arm starts at rest at `home`, with the first ink's pen in its holder. Pens are changed at `service`, and there it
+/// ends, clear of the drawing.
 /// `obstacles` (world frame) are the furniture. `progress` hears the done share, from 0 to 1. Strokes are solved in parallel, each
 /// apart from the others in postures that are common to the drawing, so the plan is the same bits at any thread count.
 ///
@@ -160,9 +161,7 @@ pub fn plan(
     };
     let limits = MotionLimits::new(arm, options);
     check_pose(&cell, "home", home)?;
-    if drawing.layers.iter().filter(|l| !l.strokes.is_empty()).count() > 1 {
-        check_pose(&cell, "service", service)?;
-    }
+    check_pose(&cell, "service", service)?;
 
     let strokes: Vec<(usize, usize)> =
         (0..drawing.layers.len()).flat_map(|l| (0..drawing.layers[l].strokes.len()).map(move |s| (l, s))).collect();
@@ -354,8 +353,8 @@ fn assemble(
     }
     reach.unreachable.sort_by_key(|u| (u.layer, u.stroke, u.first));
     if !list.segments.is_empty() {
-        let back = travel(cell, &list.at, &cell.home, limits).ok_or_else(|| no_way("back home"))?;
-        list.travel(back, pen, statistics);
+        let away = travel(cell, &list.at, service, limits).ok_or_else(|| no_way("to the service pose"))?;
+        list.travel(away, pen, statistics);
     }
     Ok(list.segments)
 }

@@ -29,8 +29,8 @@ pub const NAMED_VIEWS: [&str; 5] = ["front", "hero", "top", "side", "canvas"];
 pub struct Framing {
     /// Axis-aligned bounds (lower, upper) of robot and canvas, m, world.
     pub bounds: (Point3<f64>, Point3<f64>),
-    /// Joints of the forearm and the hand, m, world: what a close view shows of the robot.
-    pub hand: Vec<Point3<f64>>,
+    /// Points of the robot that a close view shows, m, world.
+    pub landmarks: Vec<Point3<f64>>,
     /// Pose of the sheet's centre: x right and y up along the sheet, z out of the canvas.
     pub world_from_sheet: Pose,
     /// Width and height of the sheet, m.
@@ -113,7 +113,7 @@ impl Framing {
     /// The view of one of [`NAMED_VIEWS`], `size` px wide and high.
     ///
     /// "canvas" looks straight at the sheet, "front" at robot and sheet from the side where the drawing is seen,
-    /// "hero" closer, at hand and sheet from a quarter to their side and above, "side" at right angles to "front", "top" from straight above.
+    /// "hero" closer, from a quarter to their side and above, "side" at right angles to "front", "top" from straight above.
     pub fn view(&self, name: &str, size: [u32; 2]) -> Result<View, RenderError> {
         let out = self.world_from_sheet.rotation * Vector3::z();
         let ahead = self.facing();
@@ -160,7 +160,11 @@ impl Framing {
     }
 
     fn close(&self) -> Vec<Point3<f64>> {
-        self.hand.iter().copied().chain(self.sheet_corners()).collect()
+        // joints have bodies round them
+        let around = |p: &Point3<f64>| [-0.09, 0.09].map(|z| p + Vector3::new(0.0, 0.0, z));
+        let middle = Point3::from(self.world_from_sheet.translation.vector);
+        let margin = |p: Point3<f64>| middle + (p - middle) * 1.7;
+        self.landmarks.iter().flat_map(around).chain(self.sheet_corners().into_iter().map(margin)).collect()
     }
 
     fn sheet_corners(&self) -> Vec<Point3<f64>> {
@@ -179,7 +183,7 @@ mod tests {
     fn framing(pose: Pose) -> Framing {
         Framing {
             bounds: (Point3::new(-0.3, -0.3, 0.0), Point3::new(0.9, 0.3, 1.2)),
-            hand: vec![Point3::new(0.2, 0.0, 0.9), Point3::new(0.5, 0.0, 0.6)],
+            landmarks: vec![Point3::new(0.2, 0.0, 0.9), Point3::new(0.5, 0.0, 0.6)],
             world_from_sheet: pose,
             sheet: [0.3, 0.2],
         }

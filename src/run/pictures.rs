@@ -87,14 +87,14 @@ fn own_view(camera: &Camera, [width_px, height_px]: [u32; 2]) -> View {
 fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
     let scene = &cast.scene;
     let mut scenery = RenderScene::default();
-    let mut hand = Vec::new();
+    let mut landmarks = Vec::new();
     for (arm, done) in cast.cell.arms.iter().zip(&record.arms) {
         let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
         scenery.items.extend(ArmVisuals::new(&arm.model).items(arm.model.kinematics(&q).world_from_links()));
-        // the forearm and the hand are what a close view has to show of the robot
+        // shoulder and elbow are what a close view has to show of the robot
         let k = arm.model.kinematics(&q);
-        let from = arm.model.dof() / 2;
-        hand.extend(k.world_from_links()[from..].iter().map(|p| Point3::from(p.translation.vector)));
+        let middle = 1 + arm.model.dof() / 2;
+        landmarks.extend(k.world_from_links()[1..=middle].iter().map(|p| Point3::from(p.translation.vector)));
     }
     scenery.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
     scenery.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(scene.color)));
@@ -106,7 +106,7 @@ fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
     scenery.floor = Some(0.0);
     let framing = Framing {
         bounds: (low, high),
-        hand,
+        landmarks,
         world_from_sheet: cast.truth.sheet.world_from_sheet,
         sheet: [cast.drawing.width, cast.drawing.height],
     };
