@@ -1,0 +1,89 @@
+//! Every scenario that comes with the program, drawn from start to end, and what must hold of each.
+//!
+//! They run on the articulated plant, which agrees with rapier's (tests/physics.rs) and is several times faster; one of
+//! them runs on rapier too.
+use std::path::{Path, PathBuf};
+
+use calamus::measure::Metrics;
+use calamus::report::OutputDir;
+use calamus::run::{Silent, Until, run};
+use calamus::scenario::{Override, Scenario};
+
+fn scenarios() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == "toml"));
+    files.sort();
+    files
+}
+
+/// Draws a scenario without views and gives its figures and the folder that it wrote.
+fn drawn(file: &Path, plant: &str) -> (Scenario, Metrics, tempfile::TempDir) {
+    let set = [&format!("sim.plant=\"{plant}\""), "render.views=[]", "render.drawing_px=800"];
+    let overrides: Vec<Override> = set.iter().map(|s| s.parse().unwrap()).collect();
+    let scenario = Scenario::read(file, &overrides).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let out = OutputDir::check(folder.path()).unwrap();
+    let outcome = run(&scenario, Until::End, &out, &Silent).unwrap();
+    (scenario, outcome.metrics, folder)
+}
+
+fn check(file: &Path, plant: &str) {
+    let name = file.file_stem().unwrap().to_string_lossy().into_owned();
+    let (scenario, m, folder) = drawn(file, plant);
+    let value = |path: &str| m.value(path).unwrap_or_else(|| panic!("{name}: no {path}"));
+
+    // the pen leaves no ink while it is up
+    assert_eq!(value("contact.pen_up_contact_steps"), 0.0, "{name}");
+    assert!(value("line.excess") <= 0.01, "{name}: {} of the ink is astray", value("line.excess"));
+
+    // all of the line is there, and where it should be
+    assert_eq!(value("plan.reachable_fraction"), 1.0, "{name}");
+    assert!(value("line.coverage") >= 0.995, "{name}: coverage {}", value("line.coverage"));
+    assert!(value("line.error_mean_mm") <= 0.2, "{name}: mean error {} mm", value("line.error_mean_mm"));
+    assert!(value("line.error_p95_mm") <= 0.5, "{name}: 95 % within {} mm", value("line.error_p95_mm"));
+
+    // the force is what was asked for, and steady
+    assert!(value("contact.contact_fraction") >= 0.995, "{name}: contact {}", value("contact.contact_fraction"));
+    let target = value("contact.force_target_n");
+    assert!((value("contact.force_mean_n") / target - 1.0).abs() < 0.15, "{name}: {m:?}");
+    assert!(value("contact.force_sd_n") / target < 0.15, "{name}: sd {}", value("contact.force_sd_n"));
+    assert!(value("sim.saturated_fraction") < 0.01, "{name}");
+
+    // no joint steps faster than a fifth of the fastest joint's speed limit (180 deg/s) in a millisecond
+    let bound = 0.2 * std::f64::consts::PI * 1e-3;
+    assert!(value("plan.max_joint_step_rad") <= bound * 1.01, "{name}: {}", value("plan.max_joint_step_rad"));
+
+    assert!(scenario.unmet(&m).is_empty(), "{name}: {:?}", scenario.unmet(&m));
+    for file in ["scenario.toml", "drawing.png", "drawing.svg", "plan.json", "plan-arm0.npy", "record.mcap", "metrics.json"]
+    {
+        assert!(folder.path().join(file).metadata().unwrap().len() > 100, "{name}: {file}");
+    }
+    assert!(folder.path().join("report.html").exists(), "{name}");
+}
+
+macro_rules! each {
+    ($($name:ident),*) => {
+        $(#[test]
+        fn $name() {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(concat!("scenarios/", stringify!($name), ".toml"));
+            check(&file, "articulated");
+        })*
+
+        #[test]
+        fn every_scenario_is_tested() {
+            let tested = [$(stringify!($name)),*];
+            for file in scenarios() {
+                let name = file.file_stem().unwrap().to_str().unwrap();
+                assert!(tested.contains(&name), "scenarios/{name}.toml has no test here");
+            }
+        }
+    };
+}
+
+each!(column_figure, first_light, grid_plane, hilbert_column, letter);
+
+#[test]
+fn a_scenario_holds_on_rapier_too() {
+    check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/grid_plane.toml"), "rapier");
+}
