@@ -42,7 +42,8 @@ pub struct Cell {
     pub name: String,
     /// The arms, in the order of the file.
     pub arms: Vec<Arm>,
-    /// Things to look at that nothing touches, such as a pedestal; `link_from_visual` is the pose in the world.
+    /// Boxes that stand beside the arms, such as a pedestal; `link_from_visual` is the pose in the world. Planners keep
+    /// clear of them, the physics doesn't know them.
     pub furniture: Vec<Visual>,
 }
 

@@ -8,7 +8,8 @@ use crate::drawing::tidy::{TidyOptions, tidy};
 use crate::drawing::{self, Drawing, InkLayer, Size, SvgOptions};
 use crate::ink::PenModel;
 use crate::math::{Pose, Rgb};
-use crate::robot::Cell;
+use crate::mesh::{TriMesh, shapes};
+use crate::robot::{Cell, VisualShape};
 use crate::run::{Progress, RunError};
 use crate::scenario::{self, Artwork, DrawingSpec, PenSpec, Scenario};
 use crate::surface::{BelievedCanvas, Scene, TrueCanvas};
@@ -45,6 +46,22 @@ impl Cast {
         let pens =
             drawing.layers.iter().map(|layer| layer_pen(layer, &scenario.pen)).collect::<Result<Vec<_>, RunError>>()?;
         Ok(Self { cell, scene, truth, belief, drawing, pens })
+    }
+
+    /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.
+    pub(super) fn obstacles(&self) -> Result<Vec<TriMesh>, RunError> {
+        let mut obstacles: Vec<TriMesh> = self.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+        for (index, thing) in self.cell.furniture.iter().enumerate() {
+            // a robot file knows no other furniture than boxes
+            let VisualShape::Cuboid { size } = &thing.shape else { continue };
+            let mesh = shapes::cuboid(size, size.max()).map_err(|source| RunError::Furniture {
+                robot: self.cell.name.clone(),
+                index,
+                source,
+            })?;
+            obstacles.push(mesh.transformed(&thing.link_from_visual));
+        }
+        Ok(obstacles)
     }
 }
 
@@ -115,5 +132,23 @@ fn generated(pattern: &scenario::Pattern) -> Pattern {
         scenario::Pattern::Arrowhead { order } => Pattern::Arrowhead { order, color },
         scenario::Pattern::Snowflake { order } => Pattern::Snowflake { order, color },
         scenario::Pattern::Target => Pattern::Target { figure: Figure::default(), color },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pedestal_is_in_the_planners_way() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/grid_plane.toml");
+        let scenario = Scenario::read(&file, &[]).unwrap();
+        let cast = Cast::load(&scenario, Drawing { width: 0.1, height: 0.1, layers: vec![] }).unwrap();
+        let obstacles = cast.obstacles().unwrap();
+        let ours = &obstacles[cast.scene.furniture.len()..];
+        assert_eq!(ours.len(), cast.cell.furniture.len());
+        // the plate on the pedestal ends where the arm's base begins
+        let top = ours.iter().map(|m| m.bounds().1.z).fold(0.0, f64::max);
+        assert!((top - cast.cell.arms[0].model.world_from_base.translation.z).abs() < 1e-9, "{top} m");
     }
 }

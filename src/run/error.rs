@@ -2,6 +2,7 @@
 use crate::config::ConfigError;
 use crate::drawing::DrawingError;
 use crate::ink::InkError;
+use crate::mesh::MeshError;
 use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
@@ -36,6 +37,16 @@ pub enum RunError {
         robot: String,
         /// Arms it has.
         arms: usize,
+    },
+    /// A thing beside the robot makes no solid.
+    #[error("furniture {index} of {robot}: {source}")]
+    Furniture {
+        /// Name of the robot.
+        robot: String,
+        /// Index of the thing in the robot file.
+        index: usize,
+        /// Why not.
+        source: MeshError,
     },
     /// A pen can't be used.
     #[error(transparent)]

@@ -190,7 +190,7 @@ fn make_plan(
     const PARTS: f64 = 1000.0;
     progress.stage("planning", Some(PARTS as u64));
     let arm = &cast.cell.arms[0];
-    let obstacles: Vec<_> = cast.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+    let obstacles = cast.obstacles()?;
     let options = options::plan_options(scenario);
     let mut hear = |share: f64| progress.advance((share * PARTS) as u64);
     Ok(plan::plan(0, &arm.model, &arm.home, &arm.service, mapped, &cast.belief, &obstacles, &options, &mut hear)?)
