@@ -95,7 +95,7 @@ impl Bench {
 }
 
 /// The law of motion, with its own mass matrix and bias.
-#[divan::bench]
+#[divan::bench(sample_size = 100)]
 fn control(bencher: Bencher) {
     let b = Bench::new();
     let mut controller = b.controller();
@@ -103,14 +103,14 @@ fn control(bencher: Bencher) {
 }
 
 /// Poses of all links and the joints' axes.
-#[divan::bench]
+#[divan::bench(sample_size = 100)]
 fn kinematics(bencher: Bencher) {
     let b = Bench::new();
     bencher.bench_local(|| b.arm.model.kinematics(black_box(&b.state.q)));
 }
 
 /// The nib on the column's mesh.
-#[divan::bench]
+#[divan::bench(sample_size = 100)]
 fn contact(bencher: Bencher) {
     let b = Bench::new();
     let mut nib = Nib::default();
@@ -126,9 +126,9 @@ fn physics(bencher: Bencher, make: impl Fn(&Bench) -> Box<dyn Plant>) {
     let forces = [TipForce { point: b.tip, force }];
     let mut steps = 0;
     bencher.bench_local(|| {
-        // a free run under constant torques would leave the working range after a while
+        // a free run under constant torques would leave the working range after a while; a new plant costs many steps
         steps += 1;
-        if steps % 100 == 0 {
+        if steps % 1000 == 0 {
             plant = make(&b);
         }
         plant.step(black_box(&[torque]), &forces, std::slice::from_ref(&b.kinematics)).expect("it stays finite");
@@ -136,7 +136,7 @@ fn physics(bencher: Bencher, make: impl Fn(&Bench) -> Box<dyn Plant>) {
 }
 
 /// rapier's multibody.
-#[divan::bench]
+#[divan::bench(sample_size = 100)]
 fn physics_rapier(bencher: Bencher) {
     physics(bencher, |b| {
         let plant = RapierPlant::new(std::slice::from_ref(&b.arm.model), &[b.state.q], DT);
@@ -145,13 +145,13 @@ fn physics_rapier(bencher: Bencher) {
 }
 
 /// Calamus's own integrator.
-#[divan::bench]
+#[divan::bench(sample_size = 100)]
 fn physics_articulated(bencher: Bencher) {
     physics(bencher, |b| Box::new(ArticulatedPlant::new(vec![b.arm.model.clone()], &[b.state.q], DT)));
 }
 
 /// The pen's state and the points of its line, at 40 um a step round a circle of 20 mm.
-#[divan::bench]
+#[divan::bench(sample_size = 100)]
 fn ink(bencher: Bencher) {
     let b = Bench::new();
     let c = b.contact(&mut Nib::default());
