@@ -124,7 +124,7 @@ pub struct SimSettings {
 
 impl Default for SimSettings {
     fn default() -> Self {
-        Self { plant: PlantKind::Rapier, record_hz: 100.0 }
+        Self { plant: PlantKind::Rapier, record_hz: 25.0 }
     }
 }
 
