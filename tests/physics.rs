@@ -312,3 +312,29 @@ fn landing_at_100_mm_s_stays_under_15_newton() {
     assert!(landing_speed > 0.09, "landed at {landing_speed} m/s");
     assert!(record.arms[0].max_force < 15.0, "peak {} N", record.arms[0].max_force);
 }
+
+#[test]
+fn a_joint_stops_at_its_limit_on_both_plants() {
+    let (mut arm, q) = iiwa();
+    let last = arm.joints.len() - 1;
+    (arm.joints[last].lower, arm.joints[last].upper) = (-0.3, 0.3);
+    let dt = 1e-3;
+    let mut tau = JointVector::zeros();
+    tau[last] = 1.0;
+    let plants: [(&str, Box<dyn Plant>); 2] = [
+        ("articulated", Box::new(ArticulatedPlant::new(vec![arm.clone()], &[q], dt))),
+        ("rapier", Box::new(RapierPlant::new(&[arm.clone()], &[q], dt).unwrap())),
+    ];
+    for (name, mut plant) in plants {
+        let mut farthest = 0.0f64;
+        for _ in 0..800 {
+            let state = *plant.state(0);
+            let k = arm.kinematics(&state.q);
+            let (_, bias) = arm.mass_and_bias(&k, &state.qd);
+            // held up against gravity, the last joint pushed
+            plant.step(&[bias + tau], &[TipForce::default()], &[k]).unwrap();
+            farthest = farthest.max(plant.state(0).q[last]);
+        }
+        assert!((0.29..0.32).contains(&farthest), "{name} turned to {farthest} rad");
+    }
+}

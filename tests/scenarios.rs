@@ -55,7 +55,8 @@ fn check(file: &Path, plant: &str) {
     assert!(value("plan.max_joint_step_rad") <= bound * 1.01, "{name}: {}", value("plan.max_joint_step_rad"));
 
     assert!(scenario.unmet(&m).is_empty(), "{name}: {:?}", scenario.unmet(&m));
-    for file in ["scenario.toml", "drawing.png", "drawing.svg", "plan.json", "plan-arm0.npy", "record.mcap", "metrics.json"]
+    for file in
+        ["scenario.toml", "drawing.png", "drawing.svg", "plan.json", "plan-arm0.npy", "record.mcap", "metrics.json"]
     {
         assert!(folder.path().join(file).metadata().unwrap().len() > 100, "{name}: {file}");
     }

@@ -32,7 +32,8 @@ pub trait Plant {
 pub struct ArticulatedPlant {
     arms: Vec<ArmModel>,
     states: Vec<MeasuredState>,
-    impulses: Vec<JointVector>,
+    /// Impulses of dry friction, upper limits and lower limits in the last step, N m s: where the next one starts.
+    impulses: Vec<[JointVector; 3]>,
     dt: f64,
 }
 
@@ -43,7 +44,7 @@ impl ArticulatedPlant {
     /// Arms at rest at `q0` (one entry an arm), stepped by `dt` s.
     pub fn new(arms: Vec<ArmModel>, q0: &[JointVector], dt: f64) -> Self {
         let states = q0.iter().map(|q| MeasuredState { q: *q, qd: JointVector::zeros() }).collect();
-        let impulses = vec![JointVector::zeros(); arms.len()];
+        let impulses = vec![[JointVector::zeros(); 3]; arms.len()];
         Self { arms, states, impulses, dt }
     }
 }
@@ -66,25 +67,28 @@ impl Plant for ArticulatedPlant {
             let Some(factor) = mass.cholesky() else { return Err(a) };
             let inverse = factor.inverse();
             let mut qd = state.qd + inverse * tau * dt;
-            let p = &mut self.impulses[a];
-            qd += inverse * *p;
+            let [friction, upper, lower] = &mut self.impulses[a];
+            qd += inverse * (*friction + *upper + *lower);
             for _ in 0..SWEEPS {
                 for i in 0..n {
                     let joint = &arm.joints[i];
-                    let (bound, q_next) = (joint.friction * dt, state.q[i] + qd[i] * dt);
-                    // friction stops the joint if it can; a limit keeps it from passing
-                    let (low, high, target) = if q_next > joint.upper {
-                        (f64::NEG_INFINITY, bound, (joint.upper - state.q[i]) / dt)
-                    } else if q_next < joint.lower {
-                        (-bound, f64::INFINITY, (joint.lower - state.q[i]) / dt)
-                    } else {
-                        (-bound, bound, 0.0)
-                    };
-                    let new = (p[i] + (target - qd[i]) / inverse[(i, i)]).clamp(low, high);
-                    let change = new - p[i];
-                    if change != 0.0 {
-                        qd += inverse.column(i) * change;
-                        p[i] = new;
+                    let bound = joint.friction * dt;
+                    let (most, least) = ((joint.upper - state.q[i]) / dt, (joint.lower - state.q[i]) / dt);
+                    // friction stops the joint if it can; a limit only pushes back, and only as far as the limit
+                    for (impulse, target, range) in [
+                        (&mut friction[i], 0.0, (-bound, bound)),
+                        (&mut upper[i], most, (f64::NEG_INFINITY, 0.0)),
+                        (&mut lower[i], least, (0.0, f64::INFINITY)),
+                    ] {
+                        if !f64::is_finite(target) {
+                            continue;
+                        }
+                        let new = (*impulse + (target - qd[i]) / inverse[(i, i)]).clamp(range.0, range.1);
+                        let change = new - *impulse;
+                        if change != 0.0 {
+                            qd += inverse.column(i) * change;
+                            *impulse = new;
+                        }
                     }
                 }
             }
