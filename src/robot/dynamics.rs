@@ -81,23 +81,7 @@ impl ArmModel {
 
     /// The joint-space inertia matrix `M(q)`, kg m2, armature included.
     pub fn mass_matrix(&self, k: &Kinematics) -> JointMatrix {
-        let n = self.dof();
-        let mut matrix = JointMatrix::identity();
-        let mut composite = BodyInertia::ZERO;
-        for i in (0..n).rev() {
-            let body = self.link_inertia(i + 1, k);
-            composite.mass += body.mass;
-            composite.moment += body.moment;
-            composite.inertia += body.inertia;
-            let (p, l) = composite.momentum(&k.axes[i]);
-            for j in 0..=i {
-                let mij = k.axes[j].ang.dot(&l) + k.axes[j].lin.dot(&p);
-                matrix[(i, j)] = mij;
-                matrix[(j, i)] = mij;
-            }
-            matrix[(i, i)] += self.joints[i].armature;
-        }
-        matrix
+        self.mass_and_bias(k, &JointVector::zeros()).0
     }
 
     /// Both of what a model-based controller needs, in one pass over the links: `M(q)` and the bias `C qd + g` under
