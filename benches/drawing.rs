@@ -42,11 +42,11 @@ fn tidy_strokes(bencher: Bencher) {
                 let s = f64::from(i) * 1e-3;
                 Point2::new(0.4 * x + s * (turn + 20.0 * s).cos(), 0.4 * y + s * (turn + 20.0 * s).sin())
             };
-            Stroke { points: (0..20).map(point).collect() }
+            Stroke::new((0..20).map(point).collect())
         })
         .collect();
     let layer = InkLayer { name: "black".into(), color: Rgb([0, 0, 0]), width_hint: None, strokes };
-    let drawing = Drawing { width: 0.5, height: 0.5, layers: vec![layer] };
+    let drawing = Drawing::new(0.5, 0.5, vec![layer]);
     bencher
         .counter(ItemsCount::new(STROKES))
         .with_inputs(|| drawing.clone())

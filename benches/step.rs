@@ -55,9 +55,9 @@ impl Bench {
             name: "black".into(),
             color: Rgb([0, 0, 0]),
             width_hint: None,
-            strokes: vec![Stroke { points }],
+            strokes: vec![Stroke::new(points)],
         };
-        let drawing = Drawing { width: 0.1, height: 0.1, layers: vec![layer] };
+        let drawing = Drawing::new(0.1, 0.1, vec![layer]);
         let mapping = Projection::new(&truth);
         let mapped = map_drawing(&drawing, &mapping, 1e-3).expect("the line lies on the column");
         let options = PlanOptions { pen_speed: SPEED, ..Default::default() };

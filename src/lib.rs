@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod art;
 pub mod config;
 pub mod control;
 pub mod drawing;
@@ -14,6 +15,7 @@ pub mod ink;
 pub mod math;
 pub mod measure;
 pub mod mesh;
+pub mod picture;
 pub mod plan;
 pub mod render;
 pub mod report;

@@ -15,6 +15,6 @@ pub mod tidy;
 
 pub use load::{DrawingError, Loaded, Size, Warning, load};
 pub use pattern::{Figure, Pattern};
-pub use sheet::{Drawing, InkLayer, Stroke};
+pub use sheet::{Drawing, InkLayer, Stroke, StrokeRef};
 pub use svg::{Fill, SvgOptions};
 pub use tidy::{TidyOptions, TidyReport, tidy};

@@ -113,14 +113,14 @@ impl Pattern {
             }
             Pattern::Target { figure, color } => ("target", color, target(figure, side)),
         };
-        let scaled = |points: Vec<Point2<f64>>| Stroke { points: points.into_iter().map(|p| p * side).collect() };
+        let scaled = |points: Vec<Point2<f64>>| Stroke::new(points.into_iter().map(|p| p * side).collect());
         let layer = InkLayer {
             name: name.to_string(),
             color,
             width_hint: None,
             strokes: strokes.into_iter().map(scaled).collect(),
         };
-        Ok(Drawing { width: side, height: side, layers: vec![layer] })
+        Ok(Drawing::new(side, side, vec![layer]))
     }
 }
 

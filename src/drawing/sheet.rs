@@ -10,6 +10,9 @@ pub struct Stroke {
     /// Polyline vertices, m, in sheet coordinates; at least two, or one for a dot. A closed stroke repeats its first
     /// point at its end.
     pub points: Vec<Point2<f64>>,
+    /// Wished width of the line at each point, m; empty where the pen's own width is wished.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub widths: Vec<f64>,
 }
 
 /// The strokes of one ink, in drawing order.
@@ -25,6 +28,15 @@ pub struct InkLayer {
     pub strokes: Vec<Stroke>,
 }
 
+/// A stroke of a drawing, by its place in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct StrokeRef {
+    /// Index of the layer.
+    pub layer: usize,
+    /// Index of the stroke in the layer.
+    pub stroke: usize,
+}
+
 /// A drawing on a sheet. Sheet coordinates: metres, x right, y **up**, origin at the sheet's centre, so the sheet
 /// covers `[-width/2, width/2] x [-height/2, height/2]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,11 +45,20 @@ pub struct Drawing {
     pub width: f64,
     /// Height of the sheet, m.
     pub height: f64,
-    /// One layer per ink, in drawing order.
+    /// One layer per ink.
     pub layers: Vec<InkLayer>,
+    /// The order in which strokes are drawn, where they go back and forth between inks: every stroke once. Empty: layer
+    /// after layer, each stroke in its turn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<StrokeRef>,
 }
 
 impl Stroke {
+    /// A stroke of the pen's own width through these points, m.
+    pub fn new(points: Vec<Point2<f64>>) -> Self {
+        Self { points, widths: Vec::new() }
+    }
+
     /// Length of the polyline, m.
     pub fn length(&self) -> f64 {
         self.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
@@ -45,6 +66,26 @@ impl Stroke {
 }
 
 impl Drawing {
+    /// A drawing of these layers, drawn one after another, on a sheet of this width and height, m.
+    pub fn new(width: f64, height: f64, layers: Vec<InkLayer>) -> Self {
+        Self { width, height, layers, order: Vec::new() }
+    }
+
+    /// Every stroke in the order in which it is drawn.
+    pub fn sequence(&self) -> Vec<StrokeRef> {
+        if !self.order.is_empty() {
+            return self.order.clone();
+        }
+        let strokes =
+            |(layer, l): (usize, &InkLayer)| (0..l.strokes.len()).map(move |stroke| StrokeRef { layer, stroke });
+        self.layers.iter().enumerate().flat_map(strokes).collect()
+    }
+
+    /// How often the pen is changed from the first stroke to the last.
+    pub fn ink_changes(&self) -> usize {
+        self.sequence().windows(2).filter(|w| w[0].layer != w[1].layer).count()
+    }
+
     /// Number of strokes in all layers.
     pub fn stroke_count(&self) -> usize {
         self.layers.iter().map(|l| l.strokes.len()).sum()

@@ -363,7 +363,7 @@ mod tests {
                 if close && points.len() > 2 {
                     points.push(points[0]);
                 }
-                Stroke { points }
+                Stroke::new(points)
             });
         proptest::collection::vec(stroke, 0..40)
     }
@@ -412,7 +412,7 @@ mod tests {
     fn parallel_lines_are_drawn_to_and_fro() {
         let line = |k: usize| {
             let y = 0.01 * k as f64;
-            Stroke { points: vec![Point2::new(0.0, y), Point2::new(0.2, y)] }
+            Stroke::new(vec![Point2::new(0.0, y), Point2::new(0.2, y)])
         };
         let shuffled: Vec<Stroke> = (0..50).map(|k| line(k * 17 % 50)).collect();
         let ordered = order_strokes(shuffled, 1_000_000);
@@ -421,8 +421,9 @@ mod tests {
 
     #[test]
     fn closed_strokes_start_where_the_pen_comes_from() {
-        let square = |x: f64| Stroke {
-            points: [(0., 0.), (1., 0.), (1., 1.), (0., 1.), (0., 0.)].map(|(a, b)| Point2::new(x + a, b)).to_vec(),
+        let square = |x: f64| {
+            let corners = [(0., 0.), (1., 0.), (1., 1.), (0., 1.), (0., 0.)];
+            Stroke::new(corners.map(|(a, b)| Point2::new(x + a, b)).to_vec())
         };
         let ordered = order_strokes(vec![square(0.0), square(3.0), square(1.5)], 1000);
         // Each of the inner ones is left where it is entered, so half of its width must be crossed at least.
@@ -434,9 +435,7 @@ mod tests {
         let strokes: Vec<Stroke> = (0..300u32)
             .map(|k| {
                 let h = |m: u32| f64::from(k.wrapping_mul(m) >> 16 & 1023) / 1023.0;
-                Stroke {
-                    points: vec![Point2::new(h(2654435761), h(40503 << 8)), Point2::new(h(97 << 15), h(31 << 17))],
-                }
+                Stroke::new(vec![Point2::new(h(2654435761), h(40503 << 8)), Point2::new(h(97 << 15), h(31 << 17))])
             })
             .collect();
         assert_eq!(order_strokes(strokes.clone(), 1_000_000), order_strokes(strokes, 1_000_000));

@@ -69,7 +69,7 @@ pub fn read(file: &Path, size: Size) -> Result<Drawing, DrawingError> {
     for p in layers.iter_mut().flat_map(|l| &mut l.strokes).flat_map(|s| &mut s.points) {
         *p = Point2::new((p.x - 0.5) * width, (0.5 - p.y) * height);
     }
-    Ok(Drawing { width, height, layers })
+    Ok(Drawing::new(width, height, layers))
 }
 
 /// Name and colour of the ink that a file's suffix stands for.
@@ -143,7 +143,7 @@ pub fn parse(text: &str, file: &Path) -> Result<(f64, f64, Vec<Stroke>), Drawing
             if points.is_empty() {
                 return Err(invalid(line, "`End` without a point before it: each stroke holds at least one".into()));
             }
-            strokes.push(Stroke { points: std::mem::take(&mut points) });
+            strokes.push(Stroke::new(std::mem::take(&mut points)));
             continue;
         }
         let Some([x, y]) = pair(text) else {
@@ -261,10 +261,10 @@ mod tests {
         ) {
             let strokes: Vec<Stroke> = strokes
                 .into_iter()
-                .map(|s| Stroke { points: s.into_iter().map(|(x, y)| Point2::new(x, y)).collect() })
+                .map(|s| Stroke::new(s.into_iter().map(|(x, y)| Point2::new(x, y)).collect()))
                 .collect();
             let layer = InkLayer { name: "black".into(), color: Rgb([0, 0, 0]), width_hint: None, strokes };
-            let drawing = Drawing { width: 0.3, height: 0.2, layers: vec![layer] };
+            let drawing = Drawing::new(0.3, 0.2, vec![layer]);
             let folder = tempfile::tempdir().unwrap();
             let file = folder.path().join("a_k.txt");
             std::fs::write(&file, write(&drawing, &drawing.layers[0])).unwrap();

@@ -175,7 +175,7 @@ fn convert(text: &str, file: &Path, options: &SvgOptions) -> Result<Loaded, Draw
         };
         return Err(DrawingError::Empty { file: file.into(), reason });
     }
-    Ok(Loaded { drawing: Drawing { width, height, layers }, warnings })
+    Ok(Loaded { drawing: Drawing::new(width, height, layers), warnings })
 }
 
 /// The line on which the root element starts.

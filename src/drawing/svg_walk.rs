@@ -430,7 +430,7 @@ impl<'a> Walk<'a> {
             let strokes = ink
                 .strokes
                 .iter()
-                .map(|s| Stroke { points: s.iter().map(|p| Point2::new(1e-3 * p.x, 1e-3 * p.y)).collect() });
+                .map(|s| Stroke::new(s.iter().map(|p| Point2::new(1e-3 * p.x, 1e-3 * p.y)).collect()));
             match layers.iter_mut().find(|(l, _)| self.options.by_ink && l.color == ink.color) {
                 Some((layer, widths)) => {
                     // Strokes of several groups with names of their own have the colour alone in common.

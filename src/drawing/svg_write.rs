@@ -83,7 +83,7 @@ mod tests {
 
     fn stroke() -> impl Strategy<Value = Stroke> {
         proptest::collection::vec((-0.099..0.099f64, -0.049..0.049f64), 1..12)
-            .prop_map(|p| Stroke { points: p.into_iter().map(|(x, y)| Point2::new(x, y)).collect() })
+            .prop_map(|p| Stroke::new(p.into_iter().map(|(x, y)| Point2::new(x, y)).collect()))
     }
 
     proptest! {
@@ -95,7 +95,7 @@ mod tests {
                 .into_iter()
                 .map(|(c, name, strokes)| InkLayer { name, color: Rgb(c), width_hint: Some(0.4e-3), strokes })
                 .collect();
-            let drawing = Drawing { width: 0.2, height: 0.1, layers };
+            let drawing = Drawing::new(0.2, 0.1, layers);
             let options = SvgOptions { by_ink: false, paper: None, ..Default::default() };
             let text = write(&drawing);
             let read = svg::parse(text.as_bytes(), std::path::Path::new("a.svg"), &options).unwrap();
@@ -120,9 +120,9 @@ mod tests {
 
     #[test]
     fn the_document_is_in_millimetres_with_y_down() {
-        let stroke = Stroke { points: vec![Point2::new(-0.01, 0.02), Point2::new(0.01, 0.02)] };
+        let stroke = Stroke::new(vec![Point2::new(-0.01, 0.02), Point2::new(0.01, 0.02)]);
         let layer = InkLayer { name: "a<b".into(), color: Rgb([1, 2, 255]), width_hint: None, strokes: vec![stroke] };
-        let text = write(&Drawing { width: 0.04, height: 0.06, layers: vec![layer] });
+        let text = write(&Drawing::new(0.04, 0.06, vec![layer]));
         assert!(text.contains("width=\"40mm\" height=\"60mm\" viewBox=\"0 0 40 60\""));
         assert!(text.contains("inkscape:label=\"a&lt;b\"") && text.contains("stroke=\"#0102ff\""));
         assert!(text.contains("<path d=\"M10 10L30 10\"/>"), "{text}");

@@ -132,7 +132,7 @@ pub fn merge_strokes(strokes: Vec<Stroke>, tolerance: f64) -> Vec<Stroke> {
         {
             line.push(head);
         }
-        merged.push(Stroke { points: line });
+        merged.push(Stroke::new(line));
     }
     merged
 }
@@ -175,7 +175,7 @@ pub fn simplify(stroke: &Stroke, tolerance: f64) -> Stroke {
             open.extend([(a, i), (i, b)]);
         }
     }
-    Stroke { points: points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect() }
+    Stroke::new(points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect())
 }
 
 /// Distance of a point to a segment.
@@ -194,7 +194,7 @@ pub fn resample(stroke: &Stroke, step: f64) -> Stroke {
         points.extend((1..parts).map(|k| w[0] + (w[1] - w[0]) * (k as f64 / parts as f64)));
         points.push(w[1]);
     }
-    Stroke { points }
+    Stroke::new(points)
 }
 
 #[cfg(test)]
@@ -206,18 +206,18 @@ mod tests {
     use crate::math::Rgb;
 
     fn stroke(points: &[(f64, f64)]) -> Stroke {
-        Stroke { points: points.iter().map(|(x, y)| Point2::new(*x, *y)).collect() }
+        Stroke::new(points.iter().map(|(x, y)| Point2::new(*x, *y)).collect())
     }
 
     fn drawing(strokes: Vec<Stroke>) -> Drawing {
         let layer = InkLayer { name: "a".into(), color: Rgb([0; 3]), width_hint: None, strokes };
-        Drawing { width: 1.0, height: 1.0, layers: vec![layer] }
+        Drawing::new(1.0, 1.0, vec![layer])
     }
 
     /// Strokes on a coarse lattice, so that many ends meet.
     fn lattice_strokes() -> impl Strategy<Value = Vec<Stroke>> {
-        let stroke = proptest::collection::vec((0..5i32, 0..5i32), 2..5).prop_map(|p| Stroke {
-            points: p.into_iter().map(|(x, y)| Point2::new(0.1 * x as f64, 0.1 * y as f64)).collect(),
+        let stroke = proptest::collection::vec((0..5i32, 0..5i32), 2..5).prop_map(|p| {
+            Stroke::new(p.into_iter().map(|(x, y)| Point2::new(0.1 * x as f64, 0.1 * y as f64)).collect())
         });
         proptest::collection::vec(stroke, 1..30)
     }

@@ -4,7 +4,6 @@
 //! makes a flat picture of the trace. `docs/ink.md` holds the formulas and where they come from.
 
 mod error;
-mod image;
 pub mod optics;
 mod pen;
 mod raster;
@@ -14,7 +13,6 @@ mod tile;
 mod trace;
 
 pub use error::InkError;
-pub use image::Image;
 pub use pen::{NibSpring, PenModel, TipShape};
 pub use raster::{RasterOptions, rasterise};
 pub use recorder::{InkRecorder, NibContact, PenState};

@@ -8,12 +8,12 @@
 //! Tiles are rendered independently and each in the order of the trace, so the picture is the same at any number of threads.
 use rayon::prelude::*;
 
-use crate::ink::image::MAX_SIDE;
-use crate::ink::optics::{PAPER, SrgbTable, absorbance, linear_from_srgb};
+use crate::ink::optics::absorbance;
 use crate::ink::segment::{Bins, Segment, stroke_segments};
 use crate::ink::tile::{Absorber, Colours, TILE, Tile};
-use crate::ink::{Image, InkError, InkTrace};
-use crate::math::Rgb;
+use crate::ink::{InkError, InkTrace};
+use crate::math::{PAPER, Rgb, SrgbTable, linear_from_srgb};
+use crate::picture::{Image, MAX_SIDE};
 
 /// What the picture of a trace looks like.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,7 @@ fn paint(
             tile.show(&colours, band, width, column * TILE);
         }
     });
-    Image::new(columns, rows, rgb)
+    Ok(Image::new(columns, rows, rgb)?)
 }
 
 /// Refuses inks that aren't there and numbers that can't be drawn.
@@ -132,8 +132,8 @@ fn check(trace: &InkTrace) -> Result<(), InkError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ink::optics::srgb_from_linear;
     use crate::ink::{InkPoint, InkStroke, TraceInk};
+    use crate::math::srgb_from_linear;
     use nalgebra::{Point2, Point3, Vector3};
     use proptest::prelude::*;
     use rayon::ThreadPoolBuilder;

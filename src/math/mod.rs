@@ -6,7 +6,7 @@ mod pose;
 mod seed;
 pub mod stats;
 
-pub use color::Rgb;
+pub use color::{PAPER, Rgb, SrgbTable, linear_from_srgb, srgb_from_linear};
 pub use digest::Digest;
 pub use pose::{Pose, frame_from_axes, rotation_vector};
 pub use seed::stream;

@@ -70,7 +70,7 @@ fn laid(canvas: &BelievedCanvas, layers: &[Vec<Vec<(f64, f64)>>]) -> SurfaceDraw
                 .collect(),
         })
         .collect();
-    SurfaceDrawing { layers }
+    SurfaceDrawing { layers, order: Vec::new() }
 }
 
 fn curve(n: usize, f: impl Fn(f64) -> (f64, f64)) -> Vec<(f64, f64)> {

@@ -163,8 +163,7 @@ pub fn plan(
     check_pose(&cell, "home", home)?;
     check_pose(&cell, "service", service)?;
 
-    let strokes: Vec<(usize, usize)> =
-        (0..drawing.layers.len()).flat_map(|l| (0..drawing.layers[l].strokes.len()).map(move |s| (l, s))).collect();
+    let strokes = drawing.sequence();
     let ways: Vec<Vec<Waypoint>> =
         strokes.par_iter().map(|(l, s)| waypoints(&drawing.layers[*l].strokes[*s].targets, options)).collect();
     let targets: Vec<PenTarget> = ways.iter().flatten().map(|w| w.target).collect();

@@ -1,9 +1,9 @@
 //! What was really drawn, as an SVG file: one layer per ink, lines as wide as they came out.
 use std::fmt::Write as _;
 
-use crate::ink::optics::{PAPER, absorbance, linear_from_srgb, srgb_from_linear};
+use crate::ink::optics::absorbance;
 use crate::ink::{InkPoint, InkStroke, InkTrace};
-use crate::math::Rgb;
+use crate::math::{PAPER, Rgb, linear_from_srgb, srgb_from_linear};
 
 /// A run goes on while width and density stay this near, relatively, to those it began with.
 const EVEN: f64 = 0.05;

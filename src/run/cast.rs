@@ -143,7 +143,7 @@ mod tests {
     fn the_pedestal_is_in_the_planners_way() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/grid_plane.toml");
         let scenario = Scenario::read(&file, &[]).unwrap();
-        let cast = Cast::load(&scenario, Drawing { width: 0.1, height: 0.1, layers: vec![] }).unwrap();
+        let cast = Cast::load(&scenario, Drawing::new(0.1, 0.1, vec![])).unwrap();
         let obstacles = cast.obstacles().unwrap();
         let ours = &obstacles[cast.scene.furniture.len()..];
         assert_eq!(ours.len(), cast.cell.furniture.len());

@@ -3,6 +3,7 @@ use crate::config::ConfigError;
 use crate::drawing::DrawingError;
 use crate::ink::InkError;
 use crate::mesh::MeshError;
+use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
@@ -62,7 +63,10 @@ pub enum RunError {
     Twin(#[from] TwinError),
     /// The flat picture can't be made.
     #[error(transparent)]
-    Picture(#[from] InkError),
+    Ink(#[from] InkError),
+    /// A picture can't be read or written.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A view can't be made.
     #[error(transparent)]
     View(#[from] RenderError),

@@ -4,8 +4,9 @@ use std::time::Instant;
 use nalgebra::{Point3, Vector3};
 
 use crate::drawing::Drawing;
-use crate::ink::{Image, RasterOptions, rasterise};
+use crate::ink::{RasterOptions, rasterise};
 use crate::measure::RenderMetrics;
+use crate::picture::Image;
 use crate::render::{ArmVisuals, Framing, Item, Material, RenderError, RenderScene, Renderer, Ribbons, View};
 use crate::report::OutputDir;
 use crate::robot::JointVector;

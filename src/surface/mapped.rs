@@ -2,6 +2,7 @@
 use nalgebra::{Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::drawing::StrokeRef;
 use crate::math::Rgb;
 use crate::mesh::SurfacePoint;
 
@@ -49,6 +50,26 @@ pub struct SurfaceLayer {
 /// A drawing laid on a surface: the wished line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceDrawing {
-    /// One layer per ink, in drawing order.
+    /// One layer per ink.
     pub layers: Vec<SurfaceLayer>,
+    /// The order of drawing, by the places of strokes in the flat drawing; empty: layer after layer.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<StrokeRef>,
+}
+
+impl SurfaceDrawing {
+    /// Layer, and position in the layer's list, of every stroke in the order in which it is drawn.
+    pub fn sequence(&self) -> Vec<(usize, usize)> {
+        if self.order.is_empty() {
+            return (0..self.layers.len())
+                .flat_map(|l| (0..self.layers[l].strokes.len()).map(move |s| (l, s)))
+                .collect();
+        }
+        // strokes that have no points on the canvas are left out of the lists, so places differ
+        let place = |r: &StrokeRef| {
+            let strokes = &self.layers.get(r.layer)?.strokes;
+            Some((r.layer, strokes.binary_search_by_key(&r.stroke, |s| s.index).ok()?))
+        };
+        self.order.iter().filter_map(place).collect()
+    }
 }

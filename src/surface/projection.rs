@@ -178,7 +178,11 @@ pub fn map_drawing(drawing: &Drawing, mapping: &dyn Mapping, step: f64) -> Resul
         }
         layers.push(SurfaceLayer { name: layer.name.clone(), color: layer.color, strokes });
     }
-    if failures.is_empty() { Ok(SurfaceDrawing { layers }) } else { Err(MapError::OffSurface { failures }) }
+    if failures.is_empty() {
+        Ok(SurfaceDrawing { layers, order: drawing.order.clone() })
+    } else {
+        Err(MapError::OffSurface { failures })
+    }
 }
 
 /// Walks one stroke over the surface.
@@ -252,10 +256,10 @@ mod tests {
     }
 
     fn drawing(strokes: &[&[(f64, f64)]]) -> Drawing {
-        let stroke = |s: &&[(f64, f64)]| Stroke { points: s.iter().map(|&(x, y)| Point2::new(x, y)).collect() };
+        let stroke = |s: &&[(f64, f64)]| Stroke::new(s.iter().map(|&(x, y)| Point2::new(x, y)).collect());
         let strokes = strokes.iter().map(stroke).collect();
         let layer = InkLayer { name: "ink".into(), color: Rgb([0; 3]), width_hint: None, strokes };
-        Drawing { width: 0.4, height: 0.4, layers: vec![layer] }
+        Drawing::new(0.4, 0.4, vec![layer])
     }
 
     proptest! {

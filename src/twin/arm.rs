@@ -1,5 +1,5 @@
 //! One simulated arm: its controller, its pen, and where it is in its plan.
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -57,6 +57,8 @@ pub(crate) struct ArmRun<'a> {
     cursor: usize,
     nib: Nib,
     recorder: InkRecorder,
+    /// Pens that are put down, with the ink left in them, by layer.
+    shelf: BTreeMap<usize, InkRecorder>,
     layer: usize,
     touching: bool,
     had_contact: bool,
@@ -106,6 +108,7 @@ impl<'a> ArmRun<'a> {
             entered: false,
             cursor: 0,
             nib: Nib::default(),
+            shelf: BTreeMap::new(),
             layer,
             touching: false,
             had_contact: false,
@@ -128,12 +131,12 @@ impl<'a> ArmRun<'a> {
     }
 
     /// Moves on to the segment of `time`, closing and opening what hangs on segments.
-    fn advance(&mut self, time: f64, world: &Surroundings, events: &mut Vec<Event>, ink: &mut Vec<InkRecorder>) {
+    fn advance(&mut self, time: f64, world: &Surroundings, events: &mut Vec<Event>) {
         while let Some(segment) = self.current() {
             if !self.entered {
                 self.entered = true;
                 self.cursor = 0;
-                self.enter(segment, time, world, events, ink);
+                self.enter(segment, time, world, events);
             }
             if time < segment.end() || self.segment + 1 == self.plan.segments.len() {
                 return;
@@ -144,22 +147,16 @@ impl<'a> ArmRun<'a> {
         }
     }
 
-    fn enter(
-        &mut self,
-        segment: &Segment,
-        time: f64,
-        world: &Surroundings,
-        events: &mut Vec<Event>,
-        ink: &mut Vec<InkRecorder>,
-    ) {
+    fn enter(&mut self, segment: &Segment, time: f64, world: &Surroundings, events: &mut Vec<Event>) {
         let stroke = self.stroke_id();
         let mut event = |kind| events.push(Event { time, arm: self.index, stroke, kind });
         event(EventKind::Segment { kind: segment.kind });
         if segment.kind == SegmentKind::ChangePen && segment.layer != self.layer {
             let next = &world.pens[segment.layer];
             event(EventKind::PenChanged { ink: next.ink.clone() });
-            let new = InkRecorder::new(next.pen.clone(), segment.layer as u32, self.index as u32);
-            ink.push(std::mem::replace(&mut self.recorder, new));
+            let fresh = || InkRecorder::new(next.pen.clone(), segment.layer as u32, self.index as u32);
+            let taken = self.shelf.remove(&segment.layer).unwrap_or_else(fresh);
+            self.shelf.insert(self.layer, std::mem::replace(&mut self.recorder, taken));
             self.layer = segment.layer;
         }
         if let (SegmentKind::Draw, Some(stroke)) = (segment.kind, stroke) {
@@ -188,9 +185,8 @@ impl<'a> ArmRun<'a> {
         world: &Surroundings,
         sample: bool,
         events: &mut Vec<Event>,
-        ink: &mut Vec<InkRecorder>,
     ) -> ArmStep {
-        self.advance(time, world, events, ink);
+        self.advance(time, world, events);
         let (kind, wish) = match self.current() {
             Some(segment) => {
                 let m = segment.trajectory.sample(time - segment.start, &mut self.cursor);
@@ -301,13 +297,14 @@ impl<'a> ArmRun<'a> {
         acting
     }
 
-    /// Closes what is open and gives up the record and the last recorder.
-    pub(crate) fn finish(mut self, state: &MeasuredState) -> (ArmRecord, InkRecorder) {
+    /// Closes what is open and gives up the record and the recorders of all its pens.
+    pub(crate) fn finish(mut self, state: &MeasuredState) -> (ArmRecord, Vec<InkRecorder>) {
         self.record.strokes.extend(self.stroke.take());
         let n = self.arm.model.dof();
         self.record.final_q = state.q.as_slice()[..n].to_vec();
         self.record.final_qd = state.qd.as_slice()[..n].to_vec();
-        (self.record, self.recorder)
+        let recorders = self.shelf.into_values().chain([self.recorder]).collect();
+        (self.record, recorders)
     }
 }
 

@@ -64,7 +64,6 @@ pub fn simulate(
     let steps = (plan.duration() / dt).ceil() as u64 + 1;
     let stride = ((options.sample_period / dt).round() as u64).max(1);
     let mut events = Vec::new();
-    let mut spent: Vec<InkRecorder> = Vec::new();
     let mut kinematics: Vec<Kinematics> = models.iter().zip(&q0).map(|(m, q)| m.kinematics(q)).collect();
     let mut torques = vec![JointVector::zeros(); runs.len()];
     let mut forces = vec![TipForce::default(); runs.len()];
@@ -73,7 +72,7 @@ pub fn simulate(
         for (a, run) in runs.iter_mut().enumerate() {
             let sample = step % stride == 0;
             let state = plant.state(a);
-            let out = run.step(time, dt, state, &kinematics[a], world, sample, &mut events, &mut spent);
+            let out = run.step(time, dt, state, &kinematics[a], world, sample, &mut events);
             torques[a] = out.torque;
             forces[a] = out.force;
         }
@@ -87,10 +86,11 @@ pub fn simulate(
     }
 
     let mut records = Vec::new();
+    let mut spent: Vec<InkRecorder> = Vec::new();
     for (a, run) in runs.into_iter().enumerate() {
-        let (record, recorder) = run.finish(plant.state(a));
+        let (record, recorders) = run.finish(plant.state(a));
         records.push(record);
-        spent.push(recorder);
+        spent.extend(recorders);
     }
     let inks = world.pens.iter().zip(colors).map(|(p, c)| TraceInk { name: p.ink.clone(), color: *c }).collect();
     let ink = InkTrace::merged(inks, spent);

@@ -2,11 +2,11 @@
 use std::io::{BufRead, Seek};
 use std::path::Path;
 
-use crate::ink::InkError;
 use crate::math::Rgb;
+use crate::picture::PictureError;
 
 /// Largest side of a picture that is made or read, px.
-pub(super) const MAX_SIDE: u32 = 32_768;
+pub const MAX_SIDE: u32 = 32_768;
 
 /// A picture: 8-bit sRGB, rows from the top, pixels from the left.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,10 +20,10 @@ impl Image {
     /// A picture of these pixels: three bytes each, row by row.
     ///
     /// # Errors
-    /// [`InkError::Pixels`] when the bytes don't fill it.
-    pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Result<Self, InkError> {
+    /// [`PictureError::Pixels`] when the bytes don't fill it.
+    pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Result<Self, PictureError> {
         if rgb.len() as u64 != 3 * u64::from(width) * u64::from(height) {
-            return Err(InkError::Pixels { width, height, bytes: rgb.len() });
+            return Err(PictureError::Pixels { width, height, bytes: rgb.len() });
         }
         Ok(Self { width, height, rgb })
     }
@@ -55,8 +55,8 @@ impl Image {
     /// The picture as a PNG file's bytes, with its resolution in px/mm where it has one.
     ///
     /// # Errors
-    /// [`InkError::Encode`], for a picture without pixels.
-    pub fn to_png(&self, px_per_mm: Option<f64>) -> Result<Vec<u8>, InkError> {
+    /// [`PictureError::Encode`], for a picture without pixels.
+    pub fn to_png(&self, px_per_mm: Option<f64>) -> Result<Vec<u8>, PictureError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);
@@ -78,11 +78,11 @@ impl Image {
     /// Writes a PNG file, first under a temporary name beside it, so that there is never half a file.
     ///
     /// # Errors
-    /// [`InkError::Io`] or [`InkError::Encode`].
-    pub fn write_png(&self, file: &Path, px_per_mm: Option<f64>) -> Result<(), InkError> {
+    /// [`PictureError::Io`] or [`PictureError::Encode`].
+    pub fn write_png(&self, file: &Path, px_per_mm: Option<f64>) -> Result<(), PictureError> {
         let bytes = self.to_png(px_per_mm)?;
         let part = file.with_extension("png.part");
-        let io = |source| InkError::Io { file: file.to_path_buf(), source };
+        let io = |source| PictureError::Io { file: file.to_path_buf(), source };
         std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, file)).map_err(|source| {
             // What matters is the first error; the part may not even exist.
             let _ = std::fs::remove_file(&part);
@@ -93,16 +93,16 @@ impl Image {
     /// Reads an 8-bit RGB PNG, as [`to_png`](Self::to_png) writes it.
     ///
     /// # Errors
-    /// [`InkError::Decode`] when it is no PNG, [`InkError::Format`] when it is one of another kind.
-    pub fn from_png(source: impl BufRead + Seek) -> Result<Self, InkError> {
+    /// [`PictureError::Decode`] when it is no PNG, [`PictureError::Format`] when it is one of another kind.
+    pub fn from_png(source: impl BufRead + Seek) -> Result<Self, PictureError> {
         let mut reader = png::Decoder::new(source).read_info()?;
         let (color, depth) = reader.output_color_type();
         if (color, depth) != (png::ColorType::Rgb, png::BitDepth::Eight) {
-            return Err(InkError::Format { color, depth });
+            return Err(PictureError::Format { color, depth });
         }
         let (width, height) = reader.info().size();
         if width.max(height) > MAX_SIDE {
-            return Err(InkError::TooLarge { width, height, max_px: MAX_SIDE });
+            return Err(PictureError::TooLarge { width, height, max_px: MAX_SIDE });
         }
         let mut rgb = vec![0; reader.output_buffer_size().unwrap_or(0)];
         reader.next_frame(&mut rgb)?;

@@ -1,0 +1,15 @@
+//! Pictures as pixels: what artwork is made from.
+//!
+//! A [`Picture`] holds linear light, a [`Plane`] one number a pixel, an [`Image`] 8-bit sRGB for files.
+
+mod error;
+mod image;
+mod ink;
+mod light;
+mod plane;
+
+pub use error::PictureError;
+pub use image::{Image, MAX_SIDE};
+pub use ink::{Flat, Ink, Tone};
+pub use light::Picture;
+pub use plane::Plane;
