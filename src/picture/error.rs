@@ -47,4 +47,62 @@ pub enum PictureError {
         /// Its depth.
         depth: png::BitDepth,
     },
+    /// A file that is no picture that can be read.
+    #[error("{}: {found}, but a picture has to be a PNG or a JPEG: convert it first", file.display())]
+    NoPicture {
+        /// The file.
+        file: PathBuf,
+        /// What it seems to be.
+        found: String,
+    },
+    /// A file that is broken or cut short.
+    #[error("{}: the {format} is damaged or cut short ({reason}): copy or export it again", file.display())]
+    Damaged {
+        /// The file.
+        file: PathBuf,
+        /// Its format.
+        format: &'static str,
+        /// What the decoder found.
+        reason: String,
+    },
+    /// A picture with too many pixels.
+    #[error("{}: {width} x {height} px are too many: scale it to {max} megapixels or fewer", file.display())]
+    Huge {
+        /// The file.
+        file: PathBuf,
+        /// Width, px.
+        width: usize,
+        /// Height, px.
+        height: usize,
+        /// Most pixels, millions.
+        max: usize,
+    },
+    /// A picture that has to be decoded whole and then doesn't fit.
+    #[error(
+        "{}: {width} x {height} px, progressive or interlaced, take more than 3 GiB to decode: \
+         save it without, or scale it down",
+        file.display()
+    )]
+    Heavy {
+        /// The file.
+        file: PathBuf,
+        /// Width, px.
+        width: usize,
+        /// Height, px.
+        height: usize,
+    },
+    /// A depth image in colours.
+    #[error("{}: a depth image has to be grey, 8 or 16 bits, but this one is in colours", file.display())]
+    NotGrey {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A label image whose values aren't labels.
+    #[error("{}: labels have to be a PNG in grey or with a palette, but this is {found}", file.display())]
+    NotLabels {
+        /// The file.
+        file: PathBuf,
+        /// What it is.
+        found: String,
+    },
 }

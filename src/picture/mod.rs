@@ -7,9 +7,12 @@ mod image;
 mod ink;
 mod light;
 mod plane;
+mod read;
+mod value;
 
 pub use error::PictureError;
 pub use image::{Image, MAX_SIDE};
 pub use ink::{Flat, Ink, Tone};
 pub use light::Picture;
 pub use plane::Plane;
+pub use read::{Labels, ReadOptions, read, read_depth, read_labels};
