@@ -7,7 +7,9 @@ mod image;
 mod ink;
 mod light;
 mod plane;
+mod quality;
 mod read;
+mod resample;
 mod value;
 
 pub use error::PictureError;
@@ -15,4 +17,5 @@ pub use image::{Image, MAX_SIDE};
 pub use ink::{Flat, Ink, Tone};
 pub use light::Picture;
 pub use plane::Plane;
+pub use quality::{Likeness, PSNR_MAX_DB, likeness, psnr, ssim};
 pub use read::{Labels, ReadOptions, read, read_depth, read_labels};
