@@ -2,20 +2,32 @@
 //!
 //! A [`Picture`] holds linear light, a [`Plane`] one number a pixel, an [`Image`] 8-bit sRGB for files.
 
+mod cmyk;
+mod color;
+mod cube;
 mod error;
 mod image;
 mod ink;
 mod light;
+mod pens;
 mod plane;
 mod quality;
 mod read;
 mod resample;
+mod separate;
 mod value;
 
+pub use cmyk::{CmykOptions, cmyk};
+pub use color::{
+    Oklab, ciede2000, cielab_from_linear, linear_from_oklab, linear_from_rgb, oklab_distance2, oklab_from_linear,
+    oklab_from_rgb,
+};
 pub use error::PictureError;
 pub use image::{Image, MAX_SIDE};
 pub use ink::{Flat, Ink, Tone};
 pub use light::Picture;
+pub use pens::{Dither, pens};
 pub use plane::Plane;
 pub use quality::{Likeness, PSNR_MAX_DB, likeness, psnr, ssim};
 pub use read::{Labels, ReadOptions, read, read_depth, read_labels};
+pub use separate::{ToneCurve, mixed, separation_image, side_by_side, single};
