@@ -2,13 +2,16 @@
 //!
 //! A [`Picture`] holds linear light, a [`Plane`] one number a pixel, an [`Image`] 8-bit sRGB for files.
 
+mod cluster;
 mod cmyk;
 mod color;
+mod color_name;
 mod cube;
 mod error;
 mod image;
 mod ink;
 mod light;
+mod palette;
 mod pens;
 mod plane;
 mod quality;
@@ -26,6 +29,7 @@ pub use error::PictureError;
 pub use image::{Image, MAX_SIDE};
 pub use ink::{Flat, Ink, Tone};
 pub use light::Picture;
+pub use palette::{PALETTE_MAX, Palette, PaletteMethod, PaperRule};
 pub use pens::{Dither, pens};
 pub use plane::Plane;
 pub use quality::{Likeness, PSNR_MAX_DB, likeness, psnr, ssim};
