@@ -3,6 +3,14 @@
 //! Every generator is a pure function of the picture in inks, the sheet, the pens' widths, its options and a seed, and gives
 //! an [`Artwork`]. Sheet coordinates are those of [`crate::drawing`]: m, x right, y up, origin at the centre.
 
+mod brush;
+mod error;
+mod painterly;
+
+pub use brush::{BrushFill, PenBrush};
+pub use error::ArtError;
+pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
+
 use crate::drawing::Drawing;
 use crate::picture::Image;
 

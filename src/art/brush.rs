@@ -1,0 +1,212 @@
+//! Brush strokes as a pen draws them: one line, a bundle of lines side by side, or a zigzag.
+use nalgebra::{Point2, Vector2};
+
+/// How a pen fills a brush stroke that is wider than its line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BrushFill {
+    /// Lines along the stroke, to and fro.
+    #[default]
+    Bundle,
+    /// To and fro across the stroke.
+    Zigzag,
+}
+
+/// A brush stroke up to this many line widths across is drawn as a single line.
+const SINGLE: f64 = 1.5;
+
+/// A brush in the hand of one who has only a pen. Lengths in the unit of the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PenBrush {
+    /// Radius of the brush.
+    pub radius: f64,
+    /// Width of the pen's line.
+    pub line: f64,
+    /// Share of the area that the lines cover: 1 sets them edge to edge, more overlaps them, less leaves paper between.
+    pub coverage: f64,
+    /// How it is filled.
+    pub fill: BrushFill,
+}
+
+impl PenBrush {
+    /// Whether it is a single line.
+    pub fn is_line(&self) -> bool {
+        2.0 * self.radius <= SINGLE * self.line
+    }
+
+    /// Half the width of what the pen makes of the brush.
+    pub fn drawn_radius(&self) -> f64 {
+        if self.is_line() { 0.5 * self.line } else { self.radius }
+    }
+
+    /// The pen's way over a brush stroke with this spine: one line without lifting, a single point for a dot as small as the
+    /// pen. Between two points there are at most about half a line's width, except across a zigzag.
+    ///
+    /// The spine is resampled; its ends become round.
+    pub fn pen_line(&self, spine: &[Point2<f64>]) -> Vec<Point2<f64>> {
+        if spine.is_empty() {
+            return Vec::new();
+        }
+        let spine = Spine::new(spine, 0.5 * self.line);
+        match self.fill {
+            _ if self.is_line() => spine.points,
+            BrushFill::Bundle => self.bundle(&spine),
+            BrushFill::Zigzag => self.zigzag(&spine),
+        }
+    }
+
+    fn bundle(&self, spine: &Spine) -> Vec<Point2<f64>> {
+        let half = self.radius - 0.5 * self.line;
+        let gaps = (2.0 * half * self.coverage / self.line).ceil().max(1.0) as usize;
+        let mut way = Vec::new();
+        for i in 0..=gaps {
+            let offset = half * (2.0 * i as f64 / gaps as f64 - 1.0);
+            let mut line = spine.offset(offset, (half * half - offset * offset).max(0.0).sqrt());
+            if i % 2 == 1 {
+                line.reverse();
+            }
+            way.extend(line);
+        }
+        way
+    }
+
+    fn zigzag(&self, spine: &Spine) -> Vec<Point2<f64>> {
+        let half = self.radius - 0.5 * self.line;
+        let length = spine.length() + 2.0 * half;
+        let crossings = (length * self.coverage / self.line).ceil().max(1.0) as usize;
+        (0..=crossings)
+            .map(|i| {
+                let along = length * i as f64 / crossings as f64 - half;
+                let beyond = (-along).max(along - spine.length()).max(0.0);
+                let side = (half * half - beyond * beyond).max(0.0).sqrt();
+                spine.at(along) + spine.normal(along) * if i % 2 == 0 { side } else { -side }
+            })
+            .collect()
+    }
+}
+
+/// The middle of a brush stroke, at even steps.
+struct Spine {
+    points: Vec<Point2<f64>>,
+    tangents: Vec<Vector2<f64>>,
+    step: f64,
+}
+
+impl Spine {
+    fn new(points: &[Point2<f64>], step: f64) -> Self {
+        let (points, step) = resampled(points, step);
+        let last = points.len() - 1;
+        let tangent = |i: usize| {
+            let d = points[(i + 1).min(last)] - points[i.saturating_sub(1)];
+            d.try_normalize(0.0).unwrap_or(Vector2::x())
+        };
+        let tangents = (0..=last).map(tangent).collect();
+        Self { points, tangents, step }
+    }
+
+    fn length(&self) -> f64 {
+        self.step * (self.points.len() - 1) as f64
+    }
+
+    /// The place so far along, straight on beyond the ends.
+    fn at(&self, along: f64) -> Point2<f64> {
+        let last = self.points.len() - 1;
+        if along <= 0.0 || last == 0 {
+            return self.points[0] + along * self.tangents[0];
+        }
+        if along >= self.length() {
+            return self.points[last] + (along - self.length()) * self.tangents[last];
+        }
+        let i = ((along / self.step) as usize).min(last - 1);
+        self.points[i] + (along - i as f64 * self.step) / self.step * (self.points[i + 1] - self.points[i])
+    }
+
+    fn normal(&self, along: f64) -> Vector2<f64> {
+        let last = self.points.len() - 1;
+        let t = self.tangents[((along / self.step.max(1e-300)).round().max(0.0) as usize).min(last)];
+        Vector2::new(-t.y, t.x)
+    }
+
+    /// The line this far to the left, going on beyond the ends by `overhang`. Where the spine is bent more tightly than the
+    /// offset, the line would turn back in a loop: what comes nearer to the spine than the offset is left out.
+    fn offset(&self, offset: f64, overhang: f64) -> Vec<Point2<f64>> {
+        let left = |t: &Vector2<f64>| offset * Vector2::new(-t.y, t.x);
+        let window = (3.2 * offset.abs() / self.step.max(1e-300)).min(1e6) as usize + 1;
+        let clear = (0.98 * offset).powi(2);
+        let mut line = Vec::new();
+        let (first, last) = (0, self.points.len() - 1);
+        if overhang > 0.0 {
+            let t = self.tangents[first];
+            line.push(self.points[first] - overhang * t + left(&t));
+        }
+        for (i, (p, t)) in self.points.iter().zip(&self.tangents).enumerate() {
+            let q = p + left(t);
+            let near = &self.points[i.saturating_sub(window)..(i + window + 1).min(self.points.len())];
+            if near.iter().all(|s| (s - q).norm_squared() >= clear) {
+                line.push(q);
+            }
+        }
+        if overhang > 0.0 {
+            let t = self.tangents[last];
+            line.push(self.points[last] + overhang * t + left(&t));
+        }
+        line
+    }
+}
+
+/// A uniform cubic B-spline through the plane, from the first to the last of its control points, as a polyline with steps of
+/// about this length. Hertzmann 1998 draws his strokes so: it bends softly, and never beyond the hull of its points.
+pub(super) fn spline(controls: &[Point2<f64>], step: f64) -> Vec<Point2<f64>> {
+    let n = controls.len();
+    if n < 3 {
+        return resampled(controls, step).0;
+    }
+    // A phantom point beyond each end, mirrored in it, makes the curve start and end in the end points.
+    let at = |i: isize| -> Point2<f64> {
+        if i < 0 {
+            controls[0] + (controls[0] - controls[1])
+        } else if i as usize >= n {
+            controls[n - 1] + (controls[n - 1] - controls[n - 2])
+        } else {
+            controls[i as usize]
+        }
+    };
+    let mut points = Vec::new();
+    for i in 0..n as isize - 1 {
+        let [a, b, c, d] = [at(i - 1), at(i), at(i + 1), at(i + 2)].map(|p| p.coords);
+        let pieces = ((c - b).norm() / step).ceil().clamp(1.0, 1e4) as usize;
+        for k in 0..pieces {
+            let t = k as f64 / pieces as f64;
+            let (t2, t3) = (t * t, t * t * t);
+            let sum = a * (1.0 - t).powi(3)
+                + b * (3.0 * t3 - 6.0 * t2 + 4.0)
+                + c * (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0)
+                + d * t3;
+            points.push(Point2::from(sum / 6.0));
+        }
+    }
+    points.push(controls[n - 1]);
+    points
+}
+
+/// Points at even steps of at most this length along a polyline, and the step; a single point for one without length.
+fn resampled(points: &[Point2<f64>], step: f64) -> (Vec<Point2<f64>>, f64) {
+    let length: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+    let pieces = (length / step).ceil().min(1e6) as usize;
+    let Some((first, last)) = points.first().zip(points.last()) else { return (Vec::new(), 0.0) };
+    if pieces == 0 {
+        return (vec![*first], 0.0);
+    }
+    let step = length / pieces as f64;
+    let mut even = vec![*first];
+    let mut passed = 0.0;
+    for w in points.windows(2) {
+        let piece = (w[1] - w[0]).norm();
+        while even.len() < pieces && step * even.len() as f64 <= passed + piece {
+            let t = (step * even.len() as f64 - passed) / piece;
+            even.push(w[0] + t * (w[1] - w[0]));
+        }
+        passed += piece;
+    }
+    even.push(*last);
+    (even, step)
+}

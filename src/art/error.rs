@@ -1,0 +1,23 @@
+//! What can keep a picture from becoming strokes.
+
+/// A picture or an option that no artwork can be made from.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ArtError {
+    /// The picture wants no stroke.
+    #[error("there is nothing to draw: {reason}")]
+    NothingToDraw {
+        /// Why.
+        reason: String,
+    },
+    /// An option that makes no sense.
+    #[error("{name} = {value}: {message}")]
+    BadOption {
+        /// The option.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be right.
+        message: String,
+    },
+}

@@ -1,0 +1,134 @@
+//! The working canvas: light on paper under transparent inks, and how far it is from the wished picture.
+use rayon::prelude::*;
+
+use crate::math::{PAPER, Rgb, linear_from_srgb};
+use crate::picture::Picture;
+
+/// A difference of hue disturbs more than Oklab's plain distance says, because a palette of few inks can match lightness by
+/// mixing but not hue: `a` and `b` weigh this much.
+const CHROMA: f32 = 1.5;
+
+/// The darkest linear light of an ink that covers all of the paper, so that an absorbance stays finite.
+const DARKEST: f64 = 1e-4;
+
+/// What an ink at full coverage lets through of red, green and blue, in linear light.
+pub(super) type Wash = [f32; 3];
+
+/// The wash of an ink: `ink / paper` in linear light, at most 1. Inks are transparent: their absorbances add, so one over
+/// another multiplies.
+pub(super) fn wash(ink: Rgb) -> Wash {
+    std::array::from_fn(|k| {
+        let (ink, paper) = (linear_from_srgb(ink.0[k]).max(DARKEST), linear_from_srgb(PAPER.0[k]));
+        (ink / paper).min(1.0) as f32
+    })
+}
+
+/// The cube root of a number in 0..=1, to a few units of 1e-6: a guess from the exponent and two steps of Halley.
+fn cube_root(v: f32) -> f32 {
+    let mut y = f32::from_bits(v.to_bits() / 3 + 709_921_077);
+    for _ in 0..2 {
+        let cube = y * y * y;
+        y *= (cube + 2.0 * v) / (2.0 * cube + v + f32::MIN_POSITIVE);
+    }
+    y
+}
+
+/// Oklab (B. Ottosson 2020) of linear light, with `a` and `b` weighed by [`CHROMA`].
+pub(super) fn perceived([r, g, b]: [f32; 3]) -> [f32; 3] {
+    let l = cube_root(0.412_221_46 * r + 0.536_332_55 * g + 0.051_445_995 * b);
+    let m = cube_root(0.211_903_5 * r + 0.680_699_5 * g + 0.107_396_96 * b);
+    let s = cube_root(0.088_302_46 * r + 0.281_718_85 * g + 0.629_978_7 * b);
+    [
+        0.210_454_26 * l + 0.793_617_8 * m - 0.004_072_047 * s,
+        CHROMA * (1.977_998_5 * l - 2.428_592_2 * m + 0.450_593_7 * s),
+        CHROMA * (0.025_904_037 * l + 0.782_771_77 * m - 0.808_675_77 * s),
+    ]
+}
+
+/// Light after a wash that covers this share of a place.
+pub(super) fn washed(light: [f32; 3], wash: Wash, coverage: f32) -> [f32; 3] {
+    std::array::from_fn(|k| light[k] * (1.0 - coverage * (1.0 - wash[k])))
+}
+
+/// The canvas `C` and the wished picture `I` of equation 4.1.
+#[derive(Clone)]
+pub(super) struct Canvas {
+    pub width: usize,
+    pub height: usize,
+    /// Linear light of each pixel.
+    pub light: Vec<[f32; 3]>,
+    /// What each pixel is wished to look like.
+    target: Vec<[f32; 3]>,
+    /// `|I - C|^2` of each pixel.
+    error: Vec<f32>,
+    washes: Vec<Wash>,
+    /// By how much a full coverage of an ink would lower `error`: pixel by pixel, the inks beside each other.
+    gains: Vec<f32>,
+}
+
+impl Canvas {
+    /// Bare paper, of which this picture is wished, and inks to draw it with.
+    pub fn new(picture: &Picture, washes: Vec<Wash>) -> Self {
+        let paper = PAPER.0.map(|v| linear_from_srgb(v) as f32);
+        // Nothing is lighter than paper: what asks for more is served by the paper.
+        let wished = |p: &[f32; 3]| perceived(std::array::from_fn(|k| p[k].clamp(0.0, paper[k])));
+        let target: Vec<_> = picture.pixels.par_iter().map(wished).collect();
+        let light = vec![paper; target.len()];
+        let error = light.iter().zip(&target).map(|(l, t)| distance(perceived(*l), *t)).collect();
+        let gains = vec![0.0; light.len() * washes.len()];
+        let mut canvas = Self { width: picture.width(), height: picture.height(), light, target, error, gains, washes };
+        let inks = canvas.washes.len().max(1);
+        let mut gains = std::mem::take(&mut canvas.gains);
+        gains.par_chunks_mut(inks).enumerate().for_each(|(at, gains)| canvas.write_gains(at, gains));
+        canvas.gains = gains;
+        canvas
+    }
+
+    /// `||I - C||^2`, as the mean over all pixels.
+    pub fn difference(&self) -> f64 {
+        self.error.iter().map(|e| f64::from(*e)).sum::<f64>() / self.error.len().max(1) as f64
+    }
+
+    /// By how much `|I - C|^2` of a pixel falls when an ink covers all of it.
+    pub fn gain(&self, at: usize, ink: usize) -> f32 {
+        self.gains[at * self.washes.len() + ink]
+    }
+
+    /// By how much `||I - C||^2` falls when an ink covers these shares of these pixels; summed in f64 in their order.
+    pub fn exact_gain(&self, mask: impl Iterator<Item = (usize, f32)>, ink: usize) -> f64 {
+        let change = |(at, coverage)| {
+            let after = perceived(washed(self.light[at], self.washes[ink], coverage));
+            f64::from(self.error[at] - distance(after, self.target[at]))
+        };
+        mask.map(change).sum()
+    }
+
+    /// Lays an ink over these shares of these pixels.
+    pub fn paint(&mut self, mask: impl Iterator<Item = (usize, f32)>, ink: usize) {
+        let inks = self.washes.len();
+        let mut gains = std::mem::take(&mut self.gains);
+        for (at, coverage) in mask {
+            self.light[at] = washed(self.light[at], self.washes[ink], coverage);
+            self.error[at] = distance(perceived(self.light[at]), self.target[at]);
+            self.write_gains(at, &mut gains[at * inks..(at + 1) * inks]);
+        }
+        self.gains = gains;
+    }
+
+    /// The canvas as a picture.
+    pub fn picture(&self) -> Picture {
+        Picture::from_pixels(self.width, self.height, self.light.clone()).unwrap_or_default()
+    }
+
+    fn write_gains(&self, at: usize, gains: &mut [f32]) {
+        for (gain, wash) in gains.iter_mut().zip(&self.washes) {
+            *gain = self.error[at] - distance(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
+        }
+    }
+}
+
+/// Square of the distance of two perceived colours.
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let d: [f32; 3] = std::array::from_fn(|k| a[k] - b[k]);
+    d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+}
