@@ -41,26 +41,27 @@ impl PenBrush {
     /// The pen's way over a brush stroke with this spine: one line without lifting, a single point for a dot as small as the
     /// pen. Between two points there are at most about half a line's width, except across a zigzag.
     ///
-    /// The spine is resampled; its ends become round.
-    pub fn pen_line(&self, spine: &[Point2<f64>]) -> Vec<Point2<f64>> {
+    /// The spine is resampled; its ends become round. What is farther than `room` from the origin, across and up, is cut off
+    /// as if by masking tape; the result is empty when that is all.
+    pub fn pen_line(&self, spine: &[Point2<f64>], room: [f64; 2]) -> Vec<Point2<f64>> {
         if spine.is_empty() {
             return Vec::new();
         }
         let spine = Spine::new(spine, 0.5 * self.line);
         match self.fill {
-            _ if self.is_line() => spine.points,
-            BrushFill::Bundle => self.bundle(&spine),
-            BrushFill::Zigzag => self.zigzag(&spine),
+            _ if self.is_line() => taped(&spine.points, room),
+            BrushFill::Bundle => self.bundle(&spine, room),
+            BrushFill::Zigzag => taped(&self.zigzag(&spine), room),
         }
     }
 
-    fn bundle(&self, spine: &Spine) -> Vec<Point2<f64>> {
+    fn bundle(&self, spine: &Spine, room: [f64; 2]) -> Vec<Point2<f64>> {
         let half = self.radius - 0.5 * self.line;
         let gaps = (2.0 * half * self.coverage / self.line).ceil().max(1.0) as usize;
         let mut way = Vec::new();
         for i in 0..=gaps {
             let offset = half * (2.0 * i as f64 / gaps as f64 - 1.0);
-            let mut line = spine.offset(offset, (half * half - offset * offset).max(0.0).sqrt());
+            let mut line = taped(&spine.offset(offset, (half * half - offset * offset).max(0.0).sqrt()), room);
             if i % 2 == 1 {
                 line.reverse();
             }
@@ -151,6 +152,45 @@ impl Spine {
         }
         line
     }
+}
+
+/// What of a polyline lies in a rectangle about the origin, its parts joined straight: along the edge, as the pen turns
+/// round there. Points that it crosses the edge in are added.
+fn taped(line: &[Point2<f64>], room: [f64; 2]) -> Vec<Point2<f64>> {
+    let inside = |p: &Point2<f64>| p.x.abs() <= room[0] && p.y.abs() <= room[1];
+    let mut kept: Vec<Point2<f64>> = Vec::with_capacity(line.len());
+    for (i, p) in line.iter().enumerate() {
+        if let Some((from, to)) = i.checked_sub(1).and_then(|i| crossing(line[i], *p, room)) {
+            kept.extend([from, to].into_iter().filter(|q| *q != line[i - 1] && q != p));
+        }
+        if inside(p) {
+            kept.push(*p);
+        }
+    }
+    kept
+}
+
+/// The ends of the part of a segment that lies in a rectangle about the origin (Liang and Barsky 1984).
+fn crossing(a: Point2<f64>, b: Point2<f64>, room: [f64; 2]) -> Option<(Point2<f64>, Point2<f64>)> {
+    let (mut first, mut last) = (0.0f64, 1.0f64);
+    for k in 0..2 {
+        let d = b[k] - a[k];
+        if d == 0.0 {
+            if a[k].abs() > room[k] {
+                return None;
+            }
+            continue;
+        }
+        let (u, v) = ((-room[k] - a[k]) / d, (room[k] - a[k]) / d);
+        first = first.max(u.min(v));
+        last = last.min(u.max(v));
+    }
+    let at = |t: f64| {
+        let p = a + t * (b - a);
+        Point2::new(p.x.clamp(-room[0], room[0]), p.y.clamp(-room[1], room[1]))
+    };
+    let end = |t: f64, p: Point2<f64>| if t == 0.0 || t == 1.0 { p } else { at(t) };
+    (first <= last).then(|| (end(first, a), end(last, b)))
 }
 
 /// A uniform cubic B-spline through the plane, from the first to the last of its control points, as a polyline with steps of

@@ -66,8 +66,9 @@ pub struct PainterlyOptions {
     pub coverage: f64,
     /// How wide brush strokes are filled.
     pub fill: BrushFill,
-    /// How much more making the canvas worse somewhere counts than making it better elsewhere, when strokes are chosen.
-    pub harm: f64,
+    /// How much it counts against a stroke that another ink, or none, would do better under parts of it. At 0 the fall of
+    /// the difference alone counts, and broad strokes run over details.
+    pub regret: f64,
     /// 0 paints the picture, 1 its flattened version.
     pub flatness: f64,
     /// Most strokes.
@@ -90,10 +91,10 @@ impl Default for PainterlyOptions {
             jitter: 0.0,
             coverage: 1.0 / 0.9,
             fill: BrushFill::Bundle,
-            harm: 2.0,
+            regret: 1.0,
             flatness: 0.5,
             strokes: 1500,
-            patience: 0.6,
+            patience: 0.9,
         }
     }
 }
@@ -123,7 +124,7 @@ impl PainterlyOptions {
             ("curvature", self.curvature, 0.0, 1.0),
             ("jitter", self.jitter, 0.0, 3.2),
             ("coverage", self.coverage, 0.05, 4.0),
-            ("harm", self.harm, 1.0, 100.0),
+            ("regret", self.regret, 0.0, 100.0),
             ("flatness", self.flatness, 0.0, 1.0),
             ("patience", self.patience, 0.0, 1.0),
             ("strokes", self.strokes as f64, 1.0, 1e6),
@@ -178,11 +179,11 @@ pub fn painterly(
     let layers = layers(&target, &brushes, &lines, px, options);
     let coverage = options.coverage;
     let washes: Vec<Wash> = pens.iter().map(|i| bundled(wash(flat.inks[*i].color), coverage)).collect();
-    let blank = Canvas::new(&target, washes);
+    let blank = Canvas::new(&target, washes, options.regret as f32);
     let habits = Habits {
         curvature: options.curvature,
         threshold: options.threshold * options.threshold,
-        harm: options.harm,
+        extra: std::f64::consts::PI * layers[0].radius * layers[0].radius,
     };
     let mut canvas = blank.clone();
     let seeds = seeds(&layers, size, options.jitter, seed);
@@ -200,7 +201,8 @@ pub fn painterly(
         .map(|s| {
             let brush = PenBrush { line: lines[s.ink], ..brushes[s.layer] };
             let controls: Vec<_> = s.controls.iter().map(|p| on_sheet(*p)).collect();
-            Stroke::new(brush.pen_line(&spline(&controls, 0.5 * brush.line)))
+            let room = [0.5 * (wide - brush.line), 0.5 * (high - brush.line)];
+            Stroke::new(brush.pen_line(&spline(&controls, 0.5 * brush.line), room))
         })
         .collect();
     let drawing = drawing(flat, &pens, &lines, sheet, &strokes, drawn);
@@ -281,7 +283,7 @@ fn brushes(options: &PainterlyOptions, sheet: Sheet, line: f64) -> Vec<PenBrush>
     let mut radii = options.radii.clone();
     if radii.is_empty() {
         let mut radius = sheet.width.min(sheet.height) / 50.0;
-        while radius > 0.75 * line {
+        while radius > 1.2 * line {
             radii.push(radius);
             radius *= 0.5;
         }
@@ -301,13 +303,14 @@ fn layers(target: &Picture, brushes: &[PenBrush], lines: &[f64], px: f64, option
     let layer = |brush: &PenBrush| {
         let radius = brush.radius / px;
         let step = (0.5 * radius).max(2.0);
-        let steps = |length: f64| (length * radius / step).round() as usize;
+        let steps = |length: f64| (length / step).round() as usize;
+        let largest = brushes[0].radius / px;
         Layer {
             radius,
             drawn: lines.iter().map(|line| PenBrush { line: *line, ..*brush }.drawn_radius() / px).collect(),
-            grid: (options.grid * radius).max(2.0),
+            grid: (options.grid * radius).max(4.0),
             step,
-            steps: [steps(options.min_length), steps(options.max_length)],
+            steps: [steps(options.min_length * radius), steps(options.max_length * (radius * largest).sqrt())],
             flow: Flow::new(&blur(&lightness, options.blur * radius), radius),
         }
     };

@@ -62,25 +62,27 @@ pub(super) struct Canvas {
     /// `|I - C|^2` of each pixel.
     error: Vec<f32>,
     washes: Vec<Wash>,
-    /// By how much a full coverage of an ink would lower `error`: pixel by pixel, the inks beside each other.
-    gains: Vec<f32>,
+    /// What a full coverage of an ink is worth: pixel by pixel, the inks beside each other.
+    worths: Vec<f32>,
+    /// How much what another ink would do better counts against an ink.
+    regret: f32,
 }
 
 impl Canvas {
     /// Bare paper, of which this picture is wished, and inks to draw it with.
-    pub fn new(picture: &Picture, washes: Vec<Wash>) -> Self {
+    pub fn new(picture: &Picture, washes: Vec<Wash>, regret: f32) -> Self {
         let paper = PAPER.0.map(|v| linear_from_srgb(v) as f32);
         // Nothing is lighter than paper: what asks for more is served by the paper.
         let wished = |p: &[f32; 3]| perceived(std::array::from_fn(|k| p[k].clamp(0.0, paper[k])));
         let target: Vec<_> = picture.pixels.par_iter().map(wished).collect();
         let light = vec![paper; target.len()];
         let error = light.iter().zip(&target).map(|(l, t)| distance(perceived(*l), *t)).collect();
-        let gains = vec![0.0; light.len() * washes.len()];
-        let mut canvas = Self { width: picture.width(), height: picture.height(), light, target, error, gains, washes };
-        let inks = canvas.washes.len().max(1);
-        let mut gains = std::mem::take(&mut canvas.gains);
-        gains.par_chunks_mut(inks).enumerate().for_each(|(at, gains)| canvas.write_gains(at, gains));
-        canvas.gains = gains;
+        let mut worths = vec![0.0; light.len() * washes.len()];
+        let inks = washes.len().max(1);
+        let (width, height) = (picture.width(), picture.height());
+        let mut canvas = Self { width, height, light, target, error, washes, worths: Vec::new(), regret };
+        worths.par_chunks_mut(inks).enumerate().for_each(|(at, worths)| canvas.weigh(at, worths));
+        canvas.worths = worths;
         canvas
     }
 
@@ -89,9 +91,10 @@ impl Canvas {
         self.error.iter().map(|e| f64::from(*e)).sum::<f64>() / self.error.len().max(1) as f64
     }
 
-    /// By how much `|I - C|^2` of a pixel falls when an ink covers all of it.
-    pub fn gain(&self, at: usize, ink: usize) -> f32 {
-        self.gains[at * self.washes.len() + ink]
+    /// What it is worth to cover all of a pixel with an ink: the fall of `|I - C|^2`, less what the best of all inks, or bare
+    /// paper, would do better there, times the regret.
+    pub fn worth(&self, at: usize, ink: usize) -> f32 {
+        self.worths[at * self.washes.len() + ink]
     }
 
     /// By how much `||I - C||^2` falls when an ink covers these shares of these pixels; summed in f64 in their order.
@@ -106,13 +109,13 @@ impl Canvas {
     /// Lays an ink over these shares of these pixels.
     pub fn paint(&mut self, mask: impl Iterator<Item = (usize, f32)>, ink: usize) {
         let inks = self.washes.len();
-        let mut gains = std::mem::take(&mut self.gains);
+        let mut worths = std::mem::take(&mut self.worths);
         for (at, coverage) in mask {
             self.light[at] = washed(self.light[at], self.washes[ink], coverage);
             self.error[at] = distance(perceived(self.light[at]), self.target[at]);
-            self.write_gains(at, &mut gains[at * inks..(at + 1) * inks]);
+            self.weigh(at, &mut worths[at * inks..(at + 1) * inks]);
         }
-        self.gains = gains;
+        self.worths = worths;
     }
 
     /// The canvas as a picture.
@@ -120,10 +123,14 @@ impl Canvas {
         Picture::from_pixels(self.width, self.height, self.light.clone()).unwrap_or_default()
     }
 
-    fn write_gains(&self, at: usize, gains: &mut [f32]) {
-        for (gain, wash) in gains.iter_mut().zip(&self.washes) {
-            *gain = self.error[at] - distance(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
+    /// Computes the worth of a pixel in each ink.
+    fn weigh(&self, at: usize, worths: &mut [f32]) {
+        let mut best = 0f32;
+        for (worth, wash) in worths.iter_mut().zip(&self.washes) {
+            *worth = self.error[at] - distance(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
+            best = best.max(*worth);
         }
+        worths.iter_mut().for_each(|worth| *worth -= self.regret * (best - *worth));
     }
 }
 

@@ -7,9 +7,10 @@ use crate::picture::Plane;
 /// A field of directions without sign, from the structure tensor of a picture. Its eigenvector of the smaller eigenvalue is
 /// normal to the mean gradient (Hertzmann 1998 takes the gradient of single pixels; averages flow better).
 pub(super) struct Flow {
-    /// Double angle: `(cos 2a, sin 2a)` times the coherence of the tensor.
-    cos: Plane,
-    sin: Plane,
+    width: usize,
+    height: usize,
+    /// Unit directions of either sign, pixel by pixel.
+    directions: Vec<[f32; 2]>,
 }
 
 impl Flow {
@@ -38,7 +39,7 @@ impl Flow {
         let (mut cos, mut sin) = (plane(|s| s.0), plane(|s| s.1));
         // Each scale leads where the finer ones say little.
         let mut sum = [Plane::filled(width, height, 0.0), Plane::filled(width, height, 0.0)];
-        let (mut sigma, mut weight) = (radius.max(1.5), 1.0);
+        let (mut sigma, mut weight) = ((1.5 * radius).max(2.0), 1.0);
         for _ in 0..4 {
             cos = blur(&cos, sigma);
             sin = blur(&sin, sigma);
@@ -49,18 +50,26 @@ impl Flow {
             weight *= 0.3;
         }
         let [cos, sin] = sum;
-        Self { cos, sin }
+        let directions = cos.values.par_iter().zip(&sin.values).map(|(c, s)| half(*c, *s)).collect();
+        Self { width, height, directions }
     }
 
-    /// The unit direction at a place in px, of either sign; `None` where nothing leads.
-    pub fn direction(&self, p: Point2<f64>) -> Option<Vector2<f64>> {
-        let (c, s) = (f64::from(self.cos.sample(p.x, p.y)), f64::from(self.sin.sample(p.x, p.y)));
-        if c * c + s * s < 1e-24 {
-            return None;
-        }
-        let angle = 0.5 * s.atan2(c);
-        Some(Vector2::new(angle.cos(), angle.sin()))
+    /// The unit direction in the pixel at a place, of either sign.
+    pub fn direction(&self, p: Point2<f64>) -> Vector2<f64> {
+        let index = |v: f64, n: usize| (v.max(0.0) as usize).min(n - 1);
+        let [x, y] = self.directions[index(p.y, self.height) * self.width + index(p.x, self.width)];
+        Vector2::new(f64::from(x), f64::from(y))
     }
+}
+
+/// The unit vector at half the angle of another; to the right where nothing leads.
+fn half(c: f32, s: f32) -> [f32; 2] {
+    let norm = c.hypot(s);
+    if norm < 1e-12 {
+        return [1.0, 0.0];
+    }
+    let (cos, sin) = ((0.5 * (1.0 + c / norm)).max(0.0).sqrt(), (0.5 * (1.0 - c / norm)).max(0.0).sqrt());
+    [cos, if s < 0.0 { -sin } else { sin }]
 }
 
 /// A plane blurred by three boxes, near to a Gaussian of this deviation, px.

@@ -26,10 +26,10 @@ pub(super) struct Layer {
 pub(super) struct Habits {
     /// f_c: share of the flow against the direction that the stroke already has.
     pub curvature: f64,
-    /// Least mean fall of the difference under a stroke.
+    /// Least mean fall of the difference under a stroke,
     pub threshold: f64,
-    /// How much more a rise of the difference counts than a fall.
-    pub harm: f64,
+    /// as if it were larger by this area, px2: what short strokes have to make up for.
+    pub extra: f64,
 }
 
 /// A brush stroke that could be painted.
@@ -49,9 +49,16 @@ impl Candidate {
     /// Covers what the stroke covers.
     pub fn sweep(&self, layers: &[Layer], mask: &mut Mask) {
         let radius = layers[self.layer].drawn[self.ink];
-        mask.sweep(&spline(&self.controls, (0.5 * radius).max(1.0)), radius);
+        mask.sweep(&spline(&self.controls, (0.5 * radius).max(1.0)), radius, SOFT * radius);
     }
 }
+
+/// Half the width of a stroke's soft edge, in radii. Seen from where the picture is looked at, slivers of paper between two
+/// strokes and the narrow overlaps of two others make up for each other; hard edges would call for dashes that fill slivers.
+const SOFT: f64 = 0.12;
+
+/// Most samples across a brush.
+const SAMPLES: f64 = 9.0;
 
 /// Where strokes may start: a cell of a layer's grid.
 #[derive(Clone, Copy)]
@@ -63,176 +70,162 @@ pub(super) struct Seed {
     pub turn: f32,
 }
 
-/// Points of a disc of radius 1 by which inks are compared.
-const DISC: [(f64, f64); 9] = [
-    (0.0, 0.0),
-    (0.5, 0.0),
-    (-0.5, 0.0),
-    (0.0, 0.5),
-    (0.0, -0.5),
-    (0.6, 0.6),
-    (-0.6, 0.6),
-    (0.6, -0.6),
-    (-0.6, -0.6),
-];
-
 /// Grows the best stroke from a seed.
-pub(super) fn grow(
-    seed: Seed,
-    layers: &[Layer],
-    habits: &Habits,
-    canvas: &Canvas,
-    inks: usize,
-    mask: &mut Mask,
-) -> Option<Candidate> {
+pub(super) fn grow(seed: Seed, layers: &[Layer], habits: &Habits, canvas: &Canvas, inks: usize) -> Option<Candidate> {
     let layer = &layers[usize::from(seed.layer)];
-    let weigh = |gain: f32| if gain < 0.0 { habits.harm as f32 * gain } else { gain };
-    let place = |ink: usize| Place { canvas, radius: layer.drawn[ink] };
-    let mut starts: Vec<(f32, usize, Point2<f64>)> = (0..inks)
+    let mut starts: Vec<(f64, usize, Point2<f64>)> = (0..inks)
         .filter_map(|ink| {
-            let place = place(ink);
-            let at = place.best_in_cell(seed.corner, layer.grid, ink)?;
-            let sum: f32 = DISC
-                .iter()
-                .map(|d| weigh(canvas.gain(place.pixel(at + place.radius * Vector2::new(d.0, d.1)), ink)))
-                .sum();
-            (sum > 0.0).then_some((sum, ink, at))
+            let brush = Brush { canvas, radius: layer.drawn[ink], ink };
+            let at = brush.best_in_cell(seed.corner, layer.grid)?;
+            let worth = brush.dot(at);
+            (worth > 0.0).then_some((worth, ink, at))
         })
         .collect();
     starts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     starts.truncate(2);
-    let grown = starts.into_iter().filter_map(|(_, ink, start)| {
-        let (place, radius) = (place(ink), layer.drawn[ink]);
-        let path = place.follow(layer, habits, start, f64::from(seed.turn), ink);
-        let controls = best_part(&path, layer, canvas, ink, &weigh, mask)?;
-        mask.sweep(&spline(&controls, (0.5 * radius).max(1.0)), radius);
-        let (mut worth, mut area) = (0.0, 0.0);
-        for (at, share) in mask.pixels() {
-            worth += f64::from(share * weigh(canvas.gain(at, ink)));
-            area += f64::from(share);
-        }
-        (worth > habits.threshold * area).then(|| {
-            let bounds = place.bounds(&controls);
+    let grown = starts.into_iter().filter_map(|(dot, ink, start)| {
+        let brush = Brush { canvas, radius: layer.drawn[ink], ink };
+        let (controls, worth) = if layer.steps[1] == 0 {
+            (vec![start], dot)
+        } else {
+            brush.best_part(&brush.follow(layer, habits, start, f64::from(seed.turn)), layer)?
+        };
+        let length = (controls.len() - 1) as f64 * layer.step;
+        let area = brush.radius * (2.0 * length + std::f64::consts::PI * brush.radius);
+        (worth > habits.threshold * (area + habits.extra)).then(|| {
+            let bounds = brush.bounds(&controls);
             Candidate { ink, layer: usize::from(seed.layer), controls, worth, bounds }
         })
     });
     grown.reduce(|a, b| if b.worth > a.worth { b } else { a })
 }
 
-/// The contiguous part of a path whose pieces are worth most together, at least the layer's fewest steps long.
-fn best_part(
-    path: &[Point2<f64>],
-    layer: &Layer,
-    canvas: &Canvas,
-    ink: usize,
-    weigh: &impl Fn(f32) -> f32,
-    mask: &mut Mask,
-) -> Option<Vec<Point2<f64>>> {
-    let pieces = path.len() - 1;
-    if pieces == 0 {
-        return (layer.steps[0] == 0).then(|| path.to_vec());
-    }
-    let least = layer.steps[0].max(1);
-    if pieces < least {
-        return None;
-    }
-    mask.sweep(path, layer.drawn[ink]);
-    let mut sums = vec![0.0f64; pieces + 1];
-    for (at, share, piece) in mask.pieces() {
-        sums[piece + 1] += f64::from(share * weigh(canvas.gain(at, ink)));
-    }
-    for i in 0..pieces {
-        sums[i + 1] += sums[i];
-    }
-    let (mut lowest, mut best) = (0, (f64::NEG_INFINITY, 0, 0));
-    for end in least..=pieces {
-        if sums[end - least] < sums[lowest] {
-            lowest = end - least;
-        }
-        let worth = sums[end] - sums[lowest];
-        if worth > best.0 {
-            best = (worth, lowest, end);
-        }
-    }
-    (best.0 > 0.0).then(|| path[best.1..=best.2].to_vec())
-}
-
-/// A canvas as a brush of one radius sees it.
-struct Place<'a> {
+/// A brush of one radius in one ink over a canvas.
+struct Brush<'a> {
     canvas: &'a Canvas,
     radius: f64,
+    ink: usize,
 }
 
-impl Place<'_> {
-    /// The nearest place where the brush stays on the canvas.
-    fn inside(&self, p: Point2<f64>) -> Point2<f64> {
-        let clamp = |v: f64, n: usize| {
-            let n = n as f64;
-            if n <= 2.0 * self.radius { 0.5 * n } else { v.clamp(self.radius, n - self.radius) }
-        };
-        Point2::new(clamp(p.x, self.canvas.width), clamp(p.y, self.canvas.height))
+impl Brush<'_> {
+    /// The pixel at a place; `None` beyond the canvas.
+    fn pixel(&self, p: Point2<f64>) -> Option<usize> {
+        let inside = p.x >= 0.0 && p.y >= 0.0 && p.x < self.canvas.width as f64 && p.y < self.canvas.height as f64;
+        inside.then(|| p.y as usize * self.canvas.width + p.x as usize)
     }
 
-    /// The pixel at a place.
-    fn pixel(&self, p: Point2<f64>) -> usize {
-        let index = |v: f64, n: usize| (v.max(0.0) as usize).min(n - 1);
-        index(p.y, self.canvas.height) * self.canvas.width + index(p.x, self.canvas.width)
+    /// What it is worth to cover the pixel at a place: nothing beyond the canvas.
+    fn worth(&self, p: Point2<f64>) -> f64 {
+        self.pixel(p).map_or(0.0, |at| f64::from(self.canvas.worth(at, self.ink)))
     }
 
-    /// Where in a cell an ink gains most.
-    fn best_in_cell(&self, corner: [u32; 2], grid: f64, ink: usize) -> Option<Point2<f64>> {
+    /// Where in a cell the ink is worth most.
+    fn best_in_cell(&self, corner: [u32; 2], grid: f64) -> Option<Point2<f64>> {
         let side = grid.ceil() as usize;
         let stride = (side / 4).max(1);
         let (x0, y0) = (corner[0] as usize, corner[1] as usize);
         let mut best: Option<(f32, usize, usize)> = None;
         for y in (y0..(y0 + side).min(self.canvas.height)).step_by(stride) {
             for x in (x0..(x0 + side).min(self.canvas.width)).step_by(stride) {
-                let gain = self.canvas.gain(y * self.canvas.width + x, ink);
-                if best.is_none_or(|b| gain > b.0) {
-                    best = Some((gain, x, y));
+                let worth = self.canvas.worth(y * self.canvas.width + x, self.ink);
+                if best.is_none_or(|b| worth > b.0) {
+                    best = Some((worth, x, y));
                 }
             }
         }
-        best.filter(|b| b.0 > 0.0).map(|(_, x, y)| self.inside(Point2::new(x as f64 + 0.5, y as f64 + 0.5)))
+        best.filter(|b| b.0 > 0.0).map(|(_, x, y)| Point2::new(x as f64 + 0.5, y as f64 + 0.5))
+    }
+
+    /// Distance between the samples by which the brush sees what it covers, and their number across it.
+    fn samples(&self) -> (f64, usize) {
+        let across = (2.0 * self.radius).ceil().clamp(3.0, SAMPLES);
+        (2.0 * self.radius / across, across as usize)
+    }
+
+    /// What a dot is worth.
+    fn dot(&self, at: Point2<f64>) -> f64 {
+        let (spacing, across) = self.samples();
+        let offset = |i: usize| (i as f64 + 0.5) * spacing - self.radius;
+        let mut sum = 0.0;
+        for y in (0..across).map(offset) {
+            for x in (0..across).map(offset).filter(|x| x * x + y * y < self.radius * self.radius) {
+                sum += self.worth(at + Vector2::new(x, y));
+            }
+        }
+        sum * spacing * spacing
+    }
+
+    /// The contiguous part of a path that is worth most, at least the layer's fewest steps long, and its worth.
+    fn best_part(&self, path: &[Point2<f64>], layer: &Layer) -> Option<(Vec<Point2<f64>>, f64)> {
+        let (pieces, least) = (path.len() - 1, layer.steps[0].max(1));
+        if pieces < least {
+            return None;
+        }
+        let (spacing, across) = self.samples();
+        let along = (layer.step / spacing).ceil();
+        let mut sums = vec![0.0f64; pieces + 1];
+        for i in 0..pieces {
+            let d = path[i + 1] - path[i];
+            let side = Vector2::new(-d.y, d.x) / layer.step;
+            let mut sum = 0.0;
+            for k in 0..along as usize {
+                let middle = path[i] + (k as f64 + 0.5) / along * d;
+                for j in 0..across {
+                    sum += self.worth(middle + ((j as f64 + 0.5) * spacing - self.radius) * side);
+                }
+            }
+            sums[i + 1] = sums[i] + sum * spacing * layer.step / along;
+        }
+        let (mut lowest, mut best) = (0, (f64::NEG_INFINITY, 0, 0));
+        for end in least..=pieces {
+            if sums[end - least] < sums[lowest] {
+                lowest = end - least;
+            }
+            let worth = sums[end] - sums[lowest];
+            if worth > best.0 {
+                best = (worth, lowest, end);
+            }
+        }
+        let (worth, first, last) = best;
+        // The round ends are half a dot each.
+        let ends = 0.5 * (self.dot(path[first]) + self.dot(path[last]));
+        (worth > 0.0).then(|| (path[first..=last].to_vec(), worth + ends))
     }
 
     /// The control points of a stroke that follows the flow both ways from its start, turned by an angle, as far as its ink
     /// does good.
-    fn follow(&self, layer: &Layer, habits: &Habits, start: Point2<f64>, turn: f64, ink: usize) -> Vec<Point2<f64>> {
+    fn follow(&self, layer: &Layer, habits: &Habits, start: Point2<f64>, turn: f64) -> Vec<Point2<f64>> {
         let most = layer.steps[1];
-        let first = layer.flow.direction(start).unwrap_or(Vector2::x());
         let rotation = nalgebra::Rotation2::new(turn);
+        let first = rotation * layer.flow.direction(start);
         // The offset lines of a bundle stay sound while the curve is no tighter than the brush.
-        let sharpest = 0.8 * layer.step / self.radius;
+        let (sin, cos) = (0.8 * layer.step / self.radius).min(1.5).sin_cos();
         let walk = |heading: Vector2<f64>| {
             let (mut p, mut heading, mut bad) = (start, heading, 0);
             let mut points = Vec::with_capacity(most);
             while points.len() < most {
-                let next = p + layer.step * heading;
-                if (self.inside(next) - next).norm() > 0.5 {
-                    break;
-                }
-                let good = self.canvas.gain(self.pixel(next), ink) > 0.0;
-                bad = if good { 0 } else { bad + 1 };
+                p += layer.step * heading;
+                bad = if self.worth(p) > 0.0 { 0 } else { bad + 1 };
                 if bad > 2 {
                     break;
                 }
-                p = self.inside(next);
                 points.push(p);
-                if let Some(flow) = layer.flow.direction(p).map(|d| rotation * d) {
-                    let along = if flow.dot(&heading) < 0.0 { -flow } else { flow };
-                    let wish = habits.curvature * along + (1.0 - habits.curvature) * heading;
-                    let angle = heading.perp(&wish).atan2(heading.dot(&wish)).clamp(-sharpest, sharpest);
-                    heading = nalgebra::Rotation2::new(angle) * heading;
-                }
+                let flow = rotation * layer.flow.direction(p);
+                let along = if flow.dot(&heading) < 0.0 { -flow } else { flow };
+                let wish = (habits.curvature * along + (1.0 - habits.curvature) * heading).normalize();
+                heading = if heading.dot(&wish) >= cos {
+                    wish
+                } else {
+                    cos * heading + sin.copysign(heading.perp(&wish)) * Vector2::new(-heading.y, heading.x)
+                };
             }
             points
         };
-        let mut path = walk(-(rotation * first));
+        let mut path = walk(-first);
         let before = path.len();
         path.reverse();
         path.push(start);
-        path.extend(walk(rotation * first));
+        path.extend(walk(first));
         // Both ways together may be too long: keep what is around the start.
         let extra = path.len().saturating_sub(most + 1);
         let cut = extra.min(before.saturating_sub(most / 2));

@@ -1,34 +1,33 @@
 //! The pixels under a brush that follows a line.
 use nalgebra::Point2;
 
-/// The shares of pixels under a brush, and which piece of its path each lies nearest to. Made once and used for many strokes.
+/// The shares of pixels under a brush. Made once and used for many strokes.
 pub(super) struct Mask {
     width: usize,
     height: usize,
     /// Share of each pixel; 0 outside of the stroke.
     coverage: Vec<f32>,
-    /// The piece of the path that gave it.
-    piece: Vec<u16>,
     touched: Vec<u32>,
 }
 
 impl Mask {
     pub fn new(width: usize, height: usize) -> Self {
         let n = width * height;
-        Self { width, height, coverage: vec![0.0; n], piece: vec![0; n], touched: Vec::new() }
+        Self { width, height, coverage: vec![0.0; n], touched: Vec::new() }
     }
 
     /// Covers what a round brush of this radius touches on its way along a polyline, all in px with pixel centres at halves.
-    /// Edges are anti-aliased by their distance; a line thinner than a pixel covers its share.
-    pub fn sweep(&mut self, path: &[Point2<f64>], radius: f64) {
+    /// The share falls evenly from 1 to 0 from `soft` within the radius to `soft` without, at least half a pixel each; a line
+    /// thinner than a pixel covers its share.
+    pub fn sweep(&mut self, path: &[Point2<f64>], radius: f64, soft: f64) {
         for at in self.touched.drain(..) {
             self.coverage[at as usize] = 0.0;
         }
         if let [dot] = path {
-            self.capsule(*dot, *dot, radius, 0);
+            self.capsule(*dot, *dot, radius, soft);
         }
-        for (i, w) in path.windows(2).enumerate() {
-            self.capsule(w[0], w[1], radius, i as u16);
+        for w in path.windows(2) {
+            self.capsule(w[0], w[1], radius, soft);
         }
     }
 
@@ -37,21 +36,15 @@ impl Mask {
         self.touched.iter().map(|at| (*at as usize, self.coverage[*at as usize]))
     }
 
-    /// The covered pixels with their shares and pieces.
-    pub fn pieces(&self) -> impl Iterator<Item = (usize, f32, usize)> {
-        self.touched.iter().map(|at| {
-            let at = *at as usize;
-            (at, self.coverage[at], usize::from(self.piece[at]))
-        })
-    }
-
-    fn capsule(&mut self, a: Point2<f64>, b: Point2<f64>, radius: f64, piece: u16) {
-        let reach = radius + 0.5;
+    fn capsule(&mut self, a: Point2<f64>, b: Point2<f64>, radius: f64, soft: f64) {
+        let soft = soft.max(0.5);
+        let reach = radius + soft;
         let rows = |v: f64, n: usize| (v.max(0.0) as usize).min(n);
         let (y0, y1) = (rows(a.y.min(b.y) - reach, self.height), rows(a.y.max(b.y) + reach + 1.0, self.height));
         let (ax, ay, dx, dy) = (a.x as f32, a.y as f32, (b.x - a.x) as f32, (b.y - a.y) as f32);
         let inverse = 1.0 / (dx * dx + dy * dy).max(1e-12);
         let (reach, most) = (reach as f32, (2.0 * radius).min(1.0) as f32);
+        let slope = 0.5 / soft as f32;
         for y in y0..y1 {
             let py = y as f32 + 0.5 - ay;
             // The part of the segment whose disc can reach this row bounds the columns.
@@ -72,7 +65,7 @@ impl Mask {
                 if square >= reach * reach {
                     continue;
                 }
-                let share = (reach - square.sqrt()).min(most);
+                let share = (slope * (reach - square.sqrt())).min(most);
                 let at = y * self.width + x;
                 let old = self.coverage[at];
                 if share > old {
@@ -80,7 +73,6 @@ impl Mask {
                         self.touched.push(at as u32);
                     }
                     self.coverage[at] = share;
-                    self.piece[at] = piece;
                 }
             }
         }

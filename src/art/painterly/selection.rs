@@ -48,14 +48,13 @@ pub(super) struct Selection<'a> {
     /// Count of painted strokes at the last change of each tile.
     changed: Vec<u32>,
     tiles: usize,
-    masks: Vec<Mask>,
+    mask: Mask,
     painted: u32,
 }
 
 impl<'a> Selection<'a> {
     pub fn new(canvas: &Canvas, layers: &'a [Layer], habits: Habits, inks: usize, seeds: Vec<Seed>) -> Self {
         let tiles = canvas.width.div_ceil(TILE);
-        let masks = (0..rayon::current_num_threads().clamp(1, 16)).map(|_| Mask::new(canvas.width, canvas.height));
         let mut selection = Self {
             layers,
             habits,
@@ -64,14 +63,12 @@ impl<'a> Selection<'a> {
             heaps: (0..inks).map(|_| BinaryHeap::new()).collect(),
             changed: vec![0; tiles * canvas.height.div_ceil(TILE)],
             tiles,
-            masks: masks.collect(),
+            mask: Mask::new(canvas.width, canvas.height),
             painted: 0,
             seeds,
         };
         let all: Vec<usize> = (0..selection.seeds.len()).collect();
-        for batch in all.chunks(1024) {
-            selection.look_again(canvas, batch);
-        }
+        selection.look_again(canvas, &all);
         selection
     }
 
@@ -90,7 +87,7 @@ impl<'a> Selection<'a> {
             let ink = pen.filter(|ink| worth(*ink) > 0.0 && worth(*ink) >= patience * worth(best)).unwrap_or(best);
             let Some(promise) = self.heaps[ink].pop() else { break };
             let Some(stroke) = self.grown[promise.seed].0.take() else { continue };
-            let mask = &mut self.masks[0];
+            let mask = &mut self.mask;
             stroke.sweep(self.layers, mask);
             if canvas.exact_gain(mask.pixels(), ink) <= 0.0 {
                 continue;
@@ -143,15 +140,10 @@ impl<'a> Selection<'a> {
 
     /// Grows strokes from these seeds as the canvas is now, and files their promises.
     fn look_again(&mut self, canvas: &Canvas, seeds: &[usize]) {
-        let size = seeds.len().div_ceil(self.masks.len()).max(1);
         let (all, layers, habits, inks) = (&self.seeds, self.layers, &self.habits, self.inks);
-        let grown: Vec<Vec<Option<Candidate>>> = self
-            .masks
-            .par_iter_mut()
-            .zip(seeds.par_chunks(size))
-            .map(|(mask, part)| part.iter().map(|s| grow(all[*s], layers, habits, canvas, inks, mask)).collect())
-            .collect();
-        for (seed, grown) in seeds.iter().zip(grown.into_iter().flatten()) {
+        let grown: Vec<Option<Candidate>> =
+            seeds.par_iter().with_min_len(8).map(|s| grow(all[*s], layers, habits, canvas, inks)).collect();
+        for (seed, grown) in seeds.iter().zip(grown) {
             if let Some(stroke) = &grown {
                 self.heaps[stroke.ink].push(Promise { worth: stroke.worth, seed: *seed });
             }
