@@ -82,7 +82,7 @@ impl Default for PainterlyOptions {
     fn default() -> Self {
         Self {
             radii: Vec::new(),
-            threshold: 0.04,
+            threshold: 0.025,
             blur: 0.5,
             grid: 1.0,
             min_length: 4.0,
@@ -91,7 +91,7 @@ impl Default for PainterlyOptions {
             jitter: 0.0,
             coverage: 1.0 / 0.9,
             fill: BrushFill::Bundle,
-            regret: 1.0,
+            regret: 4.0,
             flatness: 0.5,
             strokes: 1500,
             patience: 0.9,
@@ -174,7 +174,7 @@ pub fn painterly(
     let px = 0.5 * (scale[0] + scale[1]);
 
     let target = wished(flat, original, size, options.flatness, 0.25 * line / px);
-    let brushes = brushes(options, sheet, line);
+    let brushes = brushes(options, wide * high, wide.min(high), line);
     let lines: Vec<f64> = pens.iter().map(|i| line_widths[*i]).collect();
     let layers = layers(&target, &brushes, &lines, px, options);
     let coverage = options.coverage;
@@ -193,9 +193,8 @@ pub fn painterly(
         return Err(ArtError::NothingToDraw { reason: "no ink makes the paper more like the picture".into() });
     }
 
-    let on_sheet = |p: Point2<f64>| {
-        Point2::new((p.x - 0.5 * size[0] as f64) * scale[0], (0.5 * size[1] as f64 - p.y) * scale[1])
-    };
+    let on_sheet =
+        |p: Point2<f64>| Point2::new((p.x - 0.5 * size[0] as f64) * scale[0], (0.5 * size[1] as f64 - p.y) * scale[1]);
     let drawn: Vec<Stroke> = strokes
         .par_iter()
         .map(|s| {
@@ -279,17 +278,18 @@ fn resized(plane: &Plane, [width, height]: [usize; 2]) -> Plane {
 }
 
 /// The brushes, largest first, without those that a pen of this line can't tell apart.
-fn brushes(options: &PainterlyOptions, sheet: Sheet, line: f64) -> Vec<PenBrush> {
+fn brushes(options: &PainterlyOptions, area: f64, longest: f64, line: f64) -> Vec<PenBrush> {
     let mut radii = options.radii.clone();
     if radii.is_empty() {
-        let mut radius = sheet.width.min(sheet.height) / 50.0;
+        // As many strokes as there may be cover the sheet a few times over.
+        let mut radius = (0.4 * (area / options.strokes as f64).sqrt()).max(1.5 * line);
         while radius > 1.2 * line {
             radii.push(radius);
             radius *= 0.5;
         }
         radii.push(0.5 * line);
     }
-    radii.iter_mut().for_each(|r| *r = r.clamp(0.5 * line, 0.5 * sheet.width.min(sheet.height)));
+    radii.iter_mut().for_each(|r| *r = r.clamp(0.5 * line, 0.5 * longest.max(line)));
     radii.sort_by(|a, b| b.total_cmp(a));
     radii.dedup();
     let brush = |radius| PenBrush { radius, line, coverage: options.coverage, fill: options.fill };
@@ -353,7 +353,12 @@ fn drawing(
     for pen in (0..pens.len()).filter(|pen| strokes.iter().any(|s| s.ink == *pen)) {
         layer_of[pen] = Some(layers.len());
         let ink = &flat.inks[pens[pen]];
-        layers.push(InkLayer { name: ink.name.clone(), color: ink.color, width_hint: Some(lines[pen]), strokes: Vec::new() });
+        layers.push(InkLayer {
+            name: ink.name.clone(),
+            color: ink.color,
+            width_hint: Some(lines[pen]),
+            strokes: Vec::new(),
+        });
     }
     let mut order = Vec::with_capacity(strokes.len());
     for (candidate, stroke) in strokes.iter().zip(drawn) {

@@ -80,7 +80,8 @@ impl<'a> Selection<'a> {
         while strokes.len() < budget {
             self.freshen(canvas);
             let worth = |ink: usize| self.heaps[ink].peek().map_or(0.0, |p| p.worth);
-            let Some(best) = (0..self.inks).filter(|i| worth(*i) > 0.0).reduce(|a, b| if worth(b) > worth(a) { b } else { a })
+            let Some(best) =
+                (0..self.inks).filter(|i| worth(*i) > 0.0).reduce(|a, b| if worth(b) > worth(a) { b } else { a })
             else {
                 break;
             };
