@@ -10,6 +10,15 @@ mod painterly;
 pub use brush::{BrushFill, PenBrush};
 pub use error::ArtError;
 pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
+mod error;
+mod flow;
+mod placement;
+mod smooth;
+mod stripes;
+
+pub use error::ArtError;
+pub use flow::{Flow, FlowOptions};
+pub use placement::Placement;
 
 use crate::drawing::Drawing;
 use crate::picture::Image;
