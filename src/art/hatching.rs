@@ -1,0 +1,267 @@
+//! Cross-hatching that follows the flow of a picture.
+//!
+//! A tone is a sum of layers of lines, one direction each: the first alone draws the light tones, the second joins it
+//! where that gets too dense, then the third. Lines of width `w` at a spacing `d` cover `a = w / d` of the paper, and
+//! layers that cross cover `1 - (1 - a)(1 - b)...`, so in optical depths, `-ln(1 - a)`, layers simply add up to the wished
+//! tone. A layer's lines stand evenly at the density of the surroundings ([`super::stripes`]); what is lighter than these
+//! is drawn by a part of the lines, each having its own tone at which it begins, so that tones end in tapers of lines
+//! of many lengths and not in a wall.
+use nalgebra::Point2;
+use rayon::prelude::*;
+
+use super::hatch_lines::{Layer, lines};
+use super::smooth::{blur, resize};
+use super::{ArtError, Artwork, EdgeOptions, Flow, FlowOptions, Placement, Sheet, edge_lines};
+use crate::drawing::stroke_order::order_strokes;
+use crate::drawing::{Drawing, InkLayer, Stroke};
+use crate::picture::{Picture, Plane, Tone};
+
+/// Tones, as coverage, at which the second, third and fourth direction join.
+const JOINS: [f64; 4] = [0.35, 0.60, 0.75, 0.85];
+/// Grid points a line spacing where lines are densest.
+const POINTS_A_SPACING: f64 = 3.6;
+/// Coverage under which paper stays white.
+const WHITE: f32 = 0.015;
+/// Steps of the search for less pen-up travel, for each direction of an ink.
+const ORDER_EFFORT: u64 = 3_000_000;
+
+/// How a picture is hatched. Angles are rad, counter-clockwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HatchOptions {
+    /// Directions of lines, 1..=4.
+    pub directions: usize,
+    /// Angle of each direction to the flow.
+    pub angles: [f64; 4],
+    /// The flow where the picture has none, and everywhere when `follow` is 0.
+    pub angle: f64,
+    /// How far lines follow the flow of the picture, 0 (straight) to 1.
+    pub follow: f64,
+    /// Size of the details that turn the flow, m on the sheet.
+    pub flow_scale: f64,
+    /// Least spacing of lines in one direction, in line widths.
+    pub min_spacing: f64,
+    /// Largest spacing of lines, in line widths; lighter tones are drawn by fewer and shorter lines.
+    pub max_spacing: f64,
+    /// How far round a place its tone decides on the spacing of lines, m: larger gives more even lines, whose tone comes
+    /// more from where they end.
+    pub evenness: f64,
+    /// Least length of a line, m.
+    pub min_length: f64,
+    /// Edge lines in the darkest ink, drawn last.
+    pub edges: Option<EdgeOptions>,
+}
+
+impl Default for HatchOptions {
+    fn default() -> Self {
+        Self {
+            directions: 4,
+            angles: [0.0, 60.0, 120.0, 90.0].map(f64::to_radians),
+            angle: 45f64.to_radians(),
+            follow: 1.0,
+            flow_scale: 3e-3,
+            min_spacing: 1.7,
+            max_spacing: 10.0,
+            evenness: 3e-3,
+            min_length: 2.5e-3,
+            edges: Some(EdgeOptions::default()),
+        }
+    }
+}
+
+impl HatchOptions {
+    fn check(&self) -> Result<(), ArtError> {
+        let within = |name, value: f64, low: f64, high: f64, message: &str| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(ArtError::BadOption { name, value, message: message.to_string() })
+            }
+        };
+        within("directions", self.directions as f64, 1.0, 4.0, "one to four directions can be drawn")?;
+        within("follow", self.follow, 0.0, 1.0, "0 draws straight lines, 1 follows the picture")?;
+        within("flow_scale", self.flow_scale, 1e-4, 1.0, "a size on the sheet between 0.1 mm and 1 m")?;
+        within("min_spacing", self.min_spacing, 1.1, 50.0, "line widths from line to line, at least 1.1")?;
+        within("max_spacing", self.max_spacing, self.min_spacing, 200.0, "at least the least spacing, at most 200")?;
+        within("evenness", self.evenness, 0.0, 1.0, "a size on the sheet up to 1 m")?;
+        within("min_length", self.min_length, 0.0, 1.0, "a length up to 1 m")?;
+        for angle in self.angles.into_iter().chain([self.angle]) {
+            within("angle", angle, -100.0, 100.0, "an angle in radians")?;
+        }
+        Ok(())
+    }
+}
+
+/// Hatches a picture: each tone in lines of its width (m), all along the flow of `picture`, whose pixels the tones
+/// share. One layer an ink; within it one direction after another, edges last.
+///
+/// # Errors
+/// [`ArtError::BadOption`] for options, widths or a sheet that make no sense, or a tone of another size than the
+/// picture; [`ArtError::NothingToDraw`] when all is white.
+pub fn hatching(
+    tones: &[(Tone, f64)],
+    picture: &Picture,
+    sheet: Sheet,
+    options: &HatchOptions,
+    seed: u64,
+) -> Result<Artwork, ArtError> {
+    options.check()?;
+    let placement = Placement::checked(picture, sheet)?;
+    for (tone, width) in tones {
+        if !(*width > 0.0 && *width < 0.5 * sheet.width.min(sheet.height)) {
+            let message = "a line width must be positive, m, and small against the sheet".to_string();
+            return Err(ArtError::BadOption { name: "line_width", value: *width, message });
+        }
+        if (tone.coverage.width(), tone.coverage.height()) != (picture.width(), picture.height()) {
+            let message = format!("the tone of {} must have the picture's {} columns and rows", tone.ink.name, picture.width());
+            return Err(ArtError::BadOption { name: "tone", value: tone.coverage.width() as f64, message });
+        }
+    }
+    let flow = sheet_flow(picture, &placement, options);
+    let drawn = tones.par_iter().enumerate().map(|(ink, (tone, width))| {
+        let strokes = hatch_ink(&tone.coverage, *width, ink, &flow, &placement, options, seed);
+        InkLayer { name: tone.ink.name.clone(), color: tone.ink.color, width_hint: Some(*width), strokes }
+    });
+    let mut layers: Vec<InkLayer> = drawn.collect();
+    let darkness = |l: &InkLayer| l.color.0.iter().map(|v| u32::from(*v)).sum::<u32>();
+    if let Some(edges) = &options.edges
+        && let Some(darkest) = layers.iter_mut().min_by_key(|l| darkness(l))
+    {
+        let width = darkest.width_hint.unwrap_or(edges.scale);
+        darkest.strokes.extend(edge_lines(picture, &placement, width, edges)?);
+    }
+    layers.retain(|l| !l.strokes.is_empty());
+    if layers.is_empty() {
+        return Err(ArtError::NothingToDraw { reason: "no ink is wished anywhere, or only in specks".to_string() });
+    }
+    Ok(Artwork { drawing: Drawing::new(sheet.width, sheet.height, layers), plates: Vec::new(), notes: Vec::new() })
+}
+
+/// The flow on a grid that is just fine enough for its scale.
+fn sheet_flow(picture: &Picture, placement: &Placement, options: &HatchOptions) -> Flow {
+    let mut lightness = picture.luminance();
+    lightness.values.iter_mut().for_each(|v| *v = v.max(0.0).cbrt());
+    let shrink = (options.flow_scale / 4.0 / placement.pixel()).max(1.0);
+    let small = |n: usize| (n as f64 / shrink).ceil().max(1.0) as usize;
+    let lightness = resize(&lightness, small(picture.width()), small(picture.height()));
+    let pixel = placement.size()[0] / lightness.width() as f64;
+    let scale = options.flow_scale / pixel;
+    // Shading that goes from black to white over 100 scales is as good as an edge.
+    let flow = FlowOptions { scale, contrast: 0.02 / scale.max(1.0), fallback: options.angle };
+    Flow::of(&lightness, &flow)
+}
+
+/// The lines of one ink.
+fn hatch_ink(
+    coverage: &Plane,
+    width: f64,
+    ink: usize,
+    flow: &Flow,
+    placement: &Placement,
+    options: &HatchOptions,
+    seed: u64,
+) -> Vec<Stroke> {
+    let [sheet_w, sheet_h] = placement.size();
+    let cell = width * options.min_spacing / POINTS_A_SPACING;
+    // Grid points lie at the centres of the tone's cells, half a line inside the picture at the border.
+    let count = |side: f64| (((side - width) / cell).floor().max(0.0) as usize) + 1;
+    let (columns, rows) = (count(sheet_w), count(sheet_h));
+    if columns < 2 || rows < 2 || coverage.values.iter().all(|v| *v < WHITE) {
+        return Vec::new();
+    }
+    let tone = resize(coverage, columns, rows);
+    let shares = layer_shares(&tone, options, cell);
+    // The flow at each point, doubled angle, blended with the straight direction.
+    let straight = [(2.0 * options.angle).cos(), -(2.0 * options.angle).sin()];
+    let (fx, fy) = (flow.width() as f64 / columns as f64, flow.height() as f64 / rows as f64);
+    let along: Vec<f64> = (0..columns * rows)
+        .into_par_iter()
+        .map(|i| {
+            let d = flow.doubled(((i % columns) as f64 + 0.5) * fx, ((i / columns) as f64 + 0.5) * fy);
+            let k = options.follow;
+            0.5 * (k * d[1] + (1.0 - k) * straight[1]).atan2(k * d[0] + (1.0 - k) * straight[0])
+        })
+        .collect();
+    let (step_x, step_y) = (sheet_w / columns as f64, sheet_h / rows as f64);
+    let layers = shares.into_par_iter().enumerate().map(|(k, share)| {
+        let turn = options.angles[k];
+        let normal = along.iter().map(|a| {
+            // y is down on the grid, and the normal a quarter turn from the line.
+            let (sin, cos) = (a - turn + std::f64::consts::FRAC_PI_2).sin_cos();
+            [cos as f32, sin as f32]
+        });
+        let layer = Layer {
+            columns,
+            rows,
+            normal: normal.collect(),
+            share: &share.drawn,
+            base: &share.base,
+            tone: &tone.values,
+            white: WHITE,
+            width: width / cell,
+            min_length: options.min_length / cell,
+        };
+        let place = |p: &Point2<f64>| {
+            let (x, y) = ((p.x + 0.5) * step_x - 0.5 * sheet_w, 0.5 * sheet_h - (p.y + 0.5) * step_y);
+            Point2::new(x, y)
+        };
+        let name = (ink * 4 + k) as u64;
+        let strokes = lines(&layer, seed, name).iter().map(|l| Stroke::new(l.iter().map(place).collect())).collect();
+        order_strokes(strokes, ORDER_EFFORT)
+    });
+    layers.collect::<Vec<_>>().concat()
+}
+
+/// One direction's part of a tone, at each grid point.
+struct Share {
+    /// Coverage that its lines shall draw.
+    drawn: Vec<f32>,
+    /// Coverage of its lines if all are drawn: what they are spaced for.
+    base: Vec<f32>,
+}
+
+/// The tone shared between directions.
+fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
+    let depth = |coverage: f64| -(1.0 - coverage.min(0.9999)).ln();
+    let (low, high) = (1.0 / options.max_spacing, 1.0 / options.min_spacing);
+    let n = options.directions;
+    // Depth that each direction takes before the next one joins, and the most it can.
+    let mut caps = [0.0; 4];
+    for k in 0..n {
+        let below: f64 = caps[..k].iter().sum();
+        caps[k] = (depth(JOINS[k]) - below).clamp(0.0, depth(high));
+    }
+    let most = depth(high);
+    let wished = |tone: f64| {
+        let mut rest = depth(tone);
+        let mut parts = [0.0; 4];
+        for k in 0..n {
+            parts[k] = rest.min(caps[k]);
+            rest -= parts[k];
+        }
+        // Past the last one's turn all grow denser together.
+        for k in 0..n {
+            let more = (rest / (n - k) as f64).min(most - parts[k]).max(0.0);
+            parts[k] += more;
+            rest -= more;
+        }
+        parts
+    };
+    let parts: Vec<[f64; 4]> = tone.values.iter().map(|t| wished(f64::from(*t))).collect();
+    // Depth owed to the tone by the directions so far.
+    let mut owed = vec![0.0f64; parts.len()];
+    let mut shares = Vec::new();
+    for k in 0..n {
+        let wish: Vec<f64> = parts.iter().zip(&owed).map(|(p, o)| 1.0 - (-(p[k] + o).min(most)).exp()).collect();
+        // A mean that leans to the dark side: what is lighter can be drawn by fewer lines, but not what is darker.
+        let fourth = Plane::from_values(tone.width(), tone.height(), wish.iter().map(|a| a.powi(4) as f32).collect());
+        let mean = blur(&fourth.unwrap_or_default(), options.evenness / cell);
+        let base: Vec<f32> =
+            mean.values.iter().map(|m| f64::from(m.max(0.0)).powf(0.25).clamp(low, high) as f32).collect();
+        let drawn: Vec<f32> = wish.iter().zip(&base).map(|(a, b)| (*a as f32).min(*b)).collect();
+        for (i, owed) in owed.iter_mut().enumerate() {
+            *owed = (*owed + parts[i][k] - depth(f64::from(drawn[i]))).max(0.0);
+        }
+        shares.push(Share { drawn, base });
+    }
+    shares
+}
