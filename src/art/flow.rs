@@ -4,7 +4,6 @@
 //! (2008, doi:10.2312/LocalChapterEvents/TPCG/TPCG08/051-058) do at one scale, a Gaussian mean of the structure tensor,
 //! is done here at many scales at once: the finest one that sees an edge decides, and flat areas take the direction of
 //! the edges around them, as edge tangent flow (Kang et al. 2007, doi:10.1145/1274871.1274878) has it along edges only.
-use super::smooth::{blur, resize};
 use crate::picture::Plane;
 
 /// Weight of the fallback direction, against 1 for a strong edge at hand. Edges weigh less the farther they are.
@@ -38,26 +37,19 @@ impl Flow {
     /// The flow of a picture's lightness, at each pixel.
     pub fn of(lightness: &Plane, options: &FlowOptions) -> Self {
         let (w, h) = (lightness.width(), lightness.height());
-        let fine = blur(lightness, (0.4 * options.scale).max(0.7));
+        let (right, down) = lightness.blurred((0.4 * options.scale).max(0.7) as f32).gradient();
         let (mut cos2, mut sin2, mut weight) =
             (Plane::filled(w, h, 0.0), Plane::filled(w, h, 0.0), Plane::filled(w, h, 0.0));
         let half = (options.contrast * options.contrast).max(1e-12) as f32;
-        for row in 0..h {
-            for column in 0..w {
-                let (left, right) = (column.saturating_sub(1), (column + 1).min(w - 1));
-                let (up, down) = (row.saturating_sub(1), (row + 1).min(h - 1));
-                // At the border, where one side is missing, the difference spans one pixel only.
-                let gx = (fine.at(right, row) - fine.at(left, row)) / (right - left).max(1) as f32;
-                let gy = (fine.at(column, down) - fine.at(column, up)) / (down - up).max(1) as f32;
-                let m2 = gx * gx + gy * gy;
-                let share = m2 / (m2 + half);
-                let at = row * w + column;
-                if m2 > 1e-14 {
-                    // The tangent is a quarter turn from the gradient: half a turn for the doubled angle.
-                    cos2.values[at] = -(gx * gx - gy * gy) / m2 * share;
-                    sin2.values[at] = -2.0 * gx * gy / m2 * share;
-                    weight.values[at] = share;
-                }
+        for at in 0..w * h {
+            let (gx, gy) = (right.values[at], down.values[at]);
+            let m2 = gx * gx + gy * gy;
+            let share = m2 / (m2 + half);
+            if m2 > 1e-14 {
+                // The tangent is a quarter turn from the gradient: half a turn for the doubled angle.
+                cos2.values[at] = -(gx * gx - gy * gy) / m2 * share;
+                sin2.values[at] = -2.0 * gx * gy / m2 * share;
+                weight.values[at] = share;
             }
         }
         Self::spread(cos2, sin2, weight, options)
@@ -87,9 +79,19 @@ impl Flow {
             flow.sin2.values[i] /= length.max(1e-20);
         }
         // Where scales meet the direction may turn fast: smooth it once more, as unit vectors.
-        flow.cos2 = blur(&flow.cos2, options.scale);
-        flow.sin2 = blur(&flow.sin2, options.scale);
+        flow.cos2 = flow.cos2.blurred(options.scale as f32);
+        flow.sin2 = flow.sin2.blurred(options.scale as f32);
         flow
+    }
+
+    /// Width of the field, px.
+    pub fn width(&self) -> usize {
+        self.cos2.width()
+    }
+
+    /// Height of the field, px.
+    pub fn height(&self) -> usize {
+        self.cos2.height()
     }
 
     /// The direction at a place in the picture (px, centres at halves): a unit vector, x right, y **down**, of either
@@ -116,11 +118,11 @@ fn wide_blur(plane: &Plane, sigma: f64) -> Plane {
     let (w, h) = (plane.width(), plane.height());
     let step = (sigma / 6.0).floor().min((w.max(h) as f64 / COARSE as f64).floor()).max(1.0);
     if step <= 1.0 {
-        return blur(plane, sigma);
+        return plane.blurred(sigma as f32);
     }
     let small = |n: usize| (n as f64 / step).ceil().max(1.0) as usize;
-    let coarse = resize(plane, small(w), small(h));
-    resize(&blur(&coarse, sigma * small(w) as f64 / w as f64), w, h)
+    let coarse = plane.resized(small(w), small(h));
+    coarse.blurred((sigma * small(w) as f64 / w as f64) as f32).resized(w, h)
 }
 
 #[cfg(test)]

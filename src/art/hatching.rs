@@ -10,8 +10,8 @@ use nalgebra::Point2;
 use rayon::prelude::*;
 
 use super::hatch_lines::{Layer, lines};
-use super::smooth::{blur, resize};
-use super::{ArtError, Artwork, EdgeOptions, Flow, FlowOptions, Placement, Sheet, edge_lines};
+use super::edges::edge_lines;
+use super::{ArtError, Artwork, EdgeOptions, Flow, FlowOptions, Placement, Sheet};
 use crate::drawing::stroke_order::order_strokes;
 use crate::drawing::{Drawing, InkLayer, Stroke};
 use crate::picture::{Picture, Plane, Tone};
@@ -142,7 +142,7 @@ fn sheet_flow(picture: &Picture, placement: &Placement, options: &HatchOptions) 
     lightness.values.iter_mut().for_each(|v| *v = v.max(0.0).cbrt());
     let shrink = (options.flow_scale / 4.0 / placement.pixel()).max(1.0);
     let small = |n: usize| (n as f64 / shrink).ceil().max(1.0) as usize;
-    let lightness = resize(&lightness, small(picture.width()), small(picture.height()));
+    let lightness = lightness.resized(small(picture.width()), small(picture.height()));
     let pixel = placement.size()[0] / lightness.width() as f64;
     let scale = options.flow_scale / pixel;
     // Shading that goes from black to white over 100 scales is as good as an edge.
@@ -168,7 +168,7 @@ fn hatch_ink(
     if columns < 2 || rows < 2 || coverage.values.iter().all(|v| *v < WHITE) {
         return Vec::new();
     }
-    let tone = resize(coverage, columns, rows);
+    let tone = coverage.resized(columns, rows);
     let shares = layer_shares(&tone, options, cell);
     // The flow at each point, doubled angle, blended with the straight direction.
     let straight = [(2.0 * options.angle).cos(), -(2.0 * options.angle).sin()];
@@ -254,7 +254,7 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
         let wish: Vec<f64> = parts.iter().zip(&owed).map(|(p, o)| 1.0 - (-(p[k] + o).min(most)).exp()).collect();
         // A mean that leans to the dark side: what is lighter can be drawn by fewer lines, but not what is darker.
         let fourth = Plane::from_values(tone.width(), tone.height(), wish.iter().map(|a| a.powi(4) as f32).collect());
-        let mean = blur(&fourth.unwrap_or_default(), options.evenness / cell);
+        let mean = fourth.unwrap_or_default().blurred((options.evenness / cell) as f32);
         let base: Vec<f32> =
             mean.values.iter().map(|m| f64::from(m.max(0.0)).powf(0.25).clamp(low, high) as f32).collect();
         let drawn: Vec<f32> = wish.iter().zip(&base).map(|(a, b)| (*a as f32).min(*b)).collect();

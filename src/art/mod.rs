@@ -10,14 +10,18 @@ mod painterly;
 pub use brush::{BrushFill, PenBrush};
 pub use error::ArtError;
 pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
+mod edges;
 mod error;
 mod flow;
+mod hatch_lines;
+mod hatching;
 mod placement;
-mod smooth;
 mod stripes;
 
+pub use edges::{EdgeOptions, edges};
 pub use error::ArtError;
 pub use flow::{Flow, FlowOptions};
+pub use hatching::{HatchOptions, hatching};
 pub use placement::Placement;
 
 use crate::drawing::Drawing;

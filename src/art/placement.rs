@@ -1,7 +1,8 @@
 //! Where a picture lies on a sheet.
 use nalgebra::Point2;
 
-use super::Sheet;
+use super::{ArtError, Sheet};
+use crate::picture::Picture;
 
 /// A picture laid on the middle of a sheet, as large as fits, upright and undistorted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +17,22 @@ impl Placement {
     pub fn new(width: usize, height: usize, sheet: Sheet) -> Self {
         let (width, height) = (width.max(1) as f64, height.max(1) as f64);
         Self { width, height, pixel: (sheet.width / width).min(sheet.height / height) }
+    }
+
+    /// Lays a picture on a sheet.
+    ///
+    /// # Errors
+    /// [`ArtError::NothingToDraw`] of a picture without pixels, [`ArtError::BadOption`] of a sheet that isn't one.
+    pub fn checked(picture: &Picture, sheet: Sheet) -> Result<Self, ArtError> {
+        for (name, value) in [("sheet_width", sheet.width), ("sheet_height", sheet.height)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(ArtError::BadOption { name, value, message: "a sheet has a positive size, m".to_string() });
+            }
+        }
+        if picture.pixels.is_empty() {
+            return Err(ArtError::NothingToDraw { reason: "the picture has no pixels".to_string() });
+        }
+        Ok(Self::new(picture.width(), picture.height(), sheet))
     }
 
     /// Side of a pixel on the sheet, m.

@@ -41,15 +41,15 @@ struct Step {
 
 impl Stripes {
     /// The lines, in grid units (the first point at the origin), as polylines of about a point a cell.
-    pub fn lines(&self, seed: u64) -> Vec<Vec<Point2<f64>>> {
+    pub fn lines(&self, seed: u64, index: u64) -> Vec<Vec<Point2<f64>>> {
         if self.columns < 2 || self.rows < 2 {
             return Vec::new();
         }
-        trace(self, &self.phases(seed))
+        trace(self, &self.phases(seed, index))
     }
 
     /// The wave at each point as cosine and sine, seen from its own normal.
-    fn phases(&self, seed: u64) -> Vec<[f32; 2]> {
+    fn phases(&self, seed: u64, index: u64) -> Vec<[f32; 2]> {
         let mut grids = vec![];
         let mut last = self.clone();
         while last.columns.min(last.rows) > COARSEST {
@@ -57,7 +57,7 @@ impl Stripes {
             grids.push(last);
             last = next;
         }
-        let first: f32 = stream(seed, "stripes", 0).random_range(-PI..PI);
+        let first: f32 = stream(seed, "stripes", index).random_range(-PI..PI);
         let mut wave = vec![[first.cos(), first.sin()]; last.normal.len()];
         last.relax(&mut wave);
         while let Some(grid) = grids.pop() {
@@ -324,7 +324,7 @@ mod tests {
             let flip = if (x * 7.3 + y * 3.1).sin() > 0.0 { 1.0 } else { -1.0 };
             ([flip * c, flip * s], 0.2)
         });
-        let lines = field.lines(7);
+        let lines = field.lines(7, 0);
         let total: f64 = lines.iter().map(|l| length(l)).sum();
         assert!((total / (159.0 * 119.0) - 0.2).abs() < 0.004, "{total}");
         for line in &lines {
@@ -337,7 +337,7 @@ mod tests {
     #[test]
     fn density_grows_by_lines_that_begin_between_others() {
         let field = stripes(300, 200, |x, _| ([0.0, 1.0], 0.08 + 0.17 * x / 300.0));
-        let lines = field.lines(1);
+        let lines = field.lines(1, 0);
         for (from, to) in [(20.0, 80.0), (110.0, 170.0), (220.0, 280.0)] {
             let within: f64 = lines
                 .iter()
@@ -358,7 +358,7 @@ mod tests {
             let r = x.hypot(y).max(1e-3);
             ([x / r, y / r], 0.125)
         });
-        let rings = field.lines(3).into_iter().filter(|l| l.len() > 20 && l.first() == l.last()).count();
+        let rings = field.lines(3, 0).into_iter().filter(|l| l.len() > 20 && l.first() == l.last()).count();
         assert!((4..=7).contains(&rings), "{rings} rings");
     }
 }
