@@ -176,6 +176,9 @@ fn mean_along(plane: &Plane, tangent: &[Vector2<f32>], sigma: f64) -> Plane {
     Plane::from_values(w, h, (0..w * h).into_par_iter().map(at).collect()).unwrap_or_default()
 }
 
+/// Owner of a pixel that no line has.
+const NOBODY: u32 = u32::MAX;
+
 /// The crests of a response, pixel by pixel.
 struct Crests {
     width: usize,
@@ -215,18 +218,19 @@ impl Crests {
         let mut starts: Vec<(f32, usize)> = self.crest.iter().enumerate().filter_map(|(i, c)| c.map(|c| (c.1, i))).collect();
         starts.retain(|s| f64::from(s.0) >= high);
         starts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let mut taken = vec![false; self.crest.len()];
+        let mut owner = vec![NOBODY; self.crest.len()];
         let mut lines = Vec::new();
         for (_, start) in starts {
-            if taken[start] {
+            if owner[start] != NOBODY {
                 continue;
             }
             let heading = self.tangent[start].cast::<f64>();
-            self.take(start, &mut taken);
-            let mut line = self.walk(start, -heading, &mut taken);
+            let own = lines.len() as u32;
+            self.take(start, own, &mut owner);
+            let mut line = self.walk(start, -heading, own, &mut owner);
             line.reverse();
             line.extend(self.crest[start].map(|c| c.0));
-            line.extend(self.walk(start, heading, &mut taken));
+            line.extend(self.walk(start, heading, own, &mut owner));
             // A line that comes back to its start is closed.
             if let [first, .., last] = line[..]
                 && line.len() > 8
@@ -239,16 +243,17 @@ impl Crests {
         lines
     }
 
-    /// Marks a crest pixel and those beside it, which belong to the same crest.
-    fn take(&self, i: usize, taken: &mut [bool]) {
-        taken[i] = true;
+    /// Gives a crest pixel to a line, with those beside it, which belong to the same crest.
+    fn take(&self, i: usize, own: u32, owner: &mut [u32]) {
+        owner[i] = own;
         let Some((p, _)) = self.crest[i] else { return };
         for n in self.around(i) {
-            if let Some((q, _)) = self.crest[n] {
-                let along = (q - p).dot(&self.tangent[i].cast());
-                if along.abs() < 0.5 && (q - p).norm() < 1.2 {
-                    taken[n] = true;
-                }
+            if owner[n] == NOBODY
+                && let Some((q, _)) = self.crest[n]
+                && (q - p).dot(&self.tangent[i].cast()).abs() < 0.5
+                && (q - p).norm() < 1.2
+            {
+                owner[n] = own;
             }
         }
     }
@@ -261,37 +266,32 @@ impl Crests {
     }
 
     /// The points of a crest onwards from a pixel, until it ends or meets another line, which it then touches.
-    fn walk(&self, start: usize, mut heading: Vector2<f64>, taken: &mut [bool]) -> Vec<Point2<f64>> {
+    fn walk(&self, start: usize, mut heading: Vector2<f64>, own: u32, owner: &mut [u32]) -> Vec<Point2<f64>> {
         let mut line = Vec::new();
-        let (mut here, mut steps) = (start, 0);
+        let mut here = start;
         while let Some((p, _)) = self.crest[here] {
             let mut best: Option<(f64, usize, Vector2<f64>)> = None;
             for n in self.around(here) {
-                let Some((q, _)) = self.crest[n] else { continue };
+                let Some((q, _)) = self.crest[n].filter(|_| owner[n] != own) else { continue };
                 let step = q - p;
-                let length = step.norm();
-                let ahead = step.dot(&heading);
-                if ahead < 0.3 * length || length < 1e-6 {
+                let (length, ahead) = (step.norm(), step.dot(&heading));
+                if ahead < 0.4 * length || length < 0.2 {
                     continue;
                 }
                 let t = self.tangent[n].cast::<f64>();
                 let onward = if t.dot(&heading) < 0.0 { -t } else { t };
                 let cost = length + (1.0 - ahead / length) + 2.0 * (1.0 - onward.dot(&heading));
-                // Its own last steps are no junction.
-                if taken[n] && steps < 3 {
-                    continue;
-                }
                 if best.is_none_or(|b| cost < b.0) {
                     best = Some((cost, n, onward));
                 }
             }
             let Some((_, next, onward)) = best else { break };
             line.extend(self.crest[next].map(|c| c.0));
-            if taken[next] {
+            if owner[next] != NOBODY {
                 break;
             }
-            self.take(next, taken);
-            (here, heading, steps) = (next, onward, steps + 1);
+            self.take(next, own, owner);
+            (here, heading) = (next, onward);
         }
         line
     }
