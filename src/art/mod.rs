@@ -23,6 +23,11 @@ pub use error::ArtError;
 pub use flow::{Flow, FlowOptions};
 pub use hatching::{HatchOptions, hatching};
 pub use placement::Placement;
+pub mod depth;
+mod error;
+
+pub use brush::{BrushFill, PenBrush};
+pub use error::ArtError;
 
 use crate::drawing::Drawing;
 use crate::picture::Image;

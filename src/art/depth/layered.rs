@@ -1,0 +1,529 @@
+//! Layered depth painting (section IV.B.3 of the dissertation): what a picture means decides what is painted when.
+//!
+//! Things come before stuff, the heaviest thing first. Each is outlined, then filled from back to front, as if a plane moved
+//! through it towards the viewer; where the plane passes, superpixels are the seeds of strokes that follow the form. One who
+//! watches sees the shape first, and then its detail.
+use nalgebra::Point2;
+use rand_chacha::rand_core::Rng;
+
+use crate::art::depth::canvas::Canvas;
+use crate::art::depth::estimate::rim_distance;
+use crate::art::depth::form::Form;
+use crate::art::depth::lab::oklab;
+use crate::art::depth::plates::{self, Placed};
+use crate::art::depth::trace::{Habit, grow, outline_strokes};
+use crate::art::depth::{Kind, Semantics, SlicOptions, Superpixels, slic};
+use crate::art::{ArtError, Artwork, BrushFill, PenBrush, Sheet};
+use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
+use crate::math::{PAPER, Rgb, stream};
+use crate::picture::{Flat, Picture, Plane};
+
+/// How a picture is painted in layers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayeredOptions {
+    /// Most strokes.
+    pub strokes: usize,
+    /// Layers of depth in each segment.
+    pub layers: usize,
+    /// Share of a segment's strokes that may go into its outline, 0..=1.
+    pub outline: f64,
+    /// How much more a thing's difference from the picture counts than that of stuff, when strokes are shared out.
+    pub emphasis: f64,
+    /// Share of the strokes in each pass of the brushes, from the broadest to the finest; what one leaves goes to the
+    /// next.
+    pub passes: Vec<f64>,
+    /// Longest stroke, in widths of the brush.
+    pub length: f64,
+    /// 1 follows the picture's form, less keeps to the stroke's own direction, 0 draws straight lines.
+    pub curvature: f64,
+    /// Compactness of the superpixels (see [`SlicOptions`]).
+    pub compactness: f32,
+    /// Lines that fill a brush stroke: 1 sets them edge to edge, less leaves paper between.
+    pub coverage: f64,
+    /// How wide brush strokes are filled.
+    pub fill: BrushFill,
+    /// Pictures of the growing painting.
+    pub frames: usize,
+}
+
+impl Default for LayeredOptions {
+    fn default() -> Self {
+        Self {
+            strokes: 1500,
+            layers: 5,
+            outline: 0.2,
+            emphasis: 2.0,
+            passes: vec![0.2, 0.35, 0.45, 1.0],
+            length: 5.0,
+            curvature: 0.8,
+            compactness: 12.0,
+            coverage: 1.0,
+            fill: BrushFill::Bundle,
+            frames: 8,
+        }
+    }
+}
+
+impl LayeredOptions {
+    fn check(&self) -> Result<(), ArtError> {
+        let bad = |name, value, message: &str| Err(ArtError::BadOption { name, value, message: message.to_string() });
+        let share = |v: f64| (0.0..=1.0).contains(&v);
+        if self.strokes == 0 {
+            return bad("strokes", 0.0, "at least 1 stroke is needed");
+        }
+        if !(1..=255).contains(&self.layers) {
+            return bad("layers", self.layers as f64, "1 to 255 layers of depth");
+        }
+        if !share(self.outline) {
+            return bad("outline", self.outline, "a share of the strokes lies in 0..=1");
+        }
+        if !(self.emphasis > 0.0 && self.emphasis <= 1e3) {
+            return bad("emphasis", self.emphasis, "1 treats things like stuff; at most 1000");
+        }
+        if let Some(v) = self.passes.iter().find(|v| !share(**v)) {
+            return bad("passes", *v, "a share of the strokes lies in 0..=1");
+        }
+        if !(1..=6).contains(&self.passes.len()) {
+            return bad("passes", self.passes.len() as f64, "1 to 6 passes");
+        }
+        if !(0.5..=100.0).contains(&self.length) {
+            return bad("length", self.length, "0.5 to 100 widths of the brush");
+        }
+        if !share(self.curvature) {
+            return bad("curvature", self.curvature, "it lies in 0..=1");
+        }
+        if !(0.1..=1e3).contains(&self.compactness) {
+            return bad("compactness", f64::from(self.compactness), "0.1 to 1000, commonly 10");
+        }
+        if !(0.1..=4.0).contains(&self.coverage) {
+            return bad("coverage", self.coverage, "0.1 to 4 lines to a line's width");
+        }
+        Ok(())
+    }
+}
+
+/// A stroke and why it is where it is in the order.
+#[derive(Clone, Debug)]
+pub(super) struct Planned {
+    /// Place of its segment in the drawing order.
+    pub rank: usize,
+    /// 0 for an outline, then 1 + the layer of depth, from the back.
+    pub layer: usize,
+    /// Pass of the brushes, the broadest first.
+    pub pass: usize,
+    /// Index of its ink.
+    pub ink: usize,
+    /// The pen's way, px.
+    pub line: Vec<Point2<f64>>,
+}
+
+/// Paints a picture in layers: `flat` in its inks, along the forms of `original`, in the order that `semantics` gives.
+/// Both pictures have one size; semantics of another size are resampled. The picture is fitted into the sheet, centred.
+/// `line_widths` holds the width of the pen's line for each of `flat.inks`, m. Strokes share the budget by what they bring
+/// the canvas nearer to the picture, `|I - C|^2` in Oklab with transparent inks; one that brings it no nearer isn't drawn.
+/// [`Drawing::order`] is the order in which it is to be watched.
+///
+/// Plates: `segments`, `depth`, `superpixels`, and `frame-01` ... of the growing painting.
+///
+/// # Errors
+/// [`ArtError::NothingToDraw`] when the picture is empty or all paper, [`ArtError::BadOption`] for options, sizes or widths
+/// that make no sense.
+pub fn layered_depth(
+    flat: &Flat,
+    original: &Picture,
+    semantics: &Semantics,
+    sheet: Sheet,
+    line_widths: &[f64],
+    options: &LayeredOptions,
+    seed: u64,
+) -> Result<Artwork, ArtError> {
+    options.check()?;
+    let (width, height) = (flat.width(), flat.height());
+    if width == 0 || height == 0 {
+        return Err(ArtError::NothingToDraw { reason: "the picture has no pixels".into() });
+    }
+    if (original.width(), original.height()) != (width, height) {
+        let message = format!("the flat picture is {width} px wide and {height} px high, and both must be of one size");
+        return Err(ArtError::BadOption { name: "width of the original", value: original.width() as f64, message });
+    }
+    if line_widths.len() != flat.inks.len() {
+        let message = format!("there are {} inks, and each needs the width of its line", flat.inks.len());
+        return Err(ArtError::BadOption { name: "line widths", value: line_widths.len() as f64, message });
+    }
+    if let Some(w) = line_widths.iter().find(|w| !(**w > 0.0 && w.is_finite())) {
+        return Err(ArtError::BadOption { name: "line width", value: *w, message: "a width is above 0 m".into() });
+    }
+    if let Some(v) = [sheet.width, sheet.height].into_iter().find(|v| !(*v > 0.0 && v.is_finite())) {
+        return Err(ArtError::BadOption { name: "sheet", value: v, message: "its sides are above 0 m".into() });
+    }
+    if flat.labels.iter().all(|l| Some(usize::from(*l)) == flat.paper) {
+        return Err(ArtError::NothingToDraw { reason: "the whole picture has the paper's colour".into() });
+    }
+    let semantics = semantics.resized(width, height).map_err(|e| ArtError::BadOption {
+        name: "width of the semantics",
+        value: semantics.width() as f64,
+        message: e.to_string(),
+    })?;
+    let scale = (sheet.width / width as f64).min(sheet.height / height as f64);
+    let lines: Vec<f64> = line_widths.iter().map(|w| w / scale).collect();
+    let mut painter = Painter::new(flat, original, &semantics, &lines, options, seed);
+    let planned = painter.paint();
+    if planned.is_empty() {
+        let reason = "no stroke of these inks brings the paper nearer to the picture".to_string();
+        return Err(ArtError::NothingToDraw { reason });
+    }
+    let drawing = drawing(flat, &planned, sheet, scale, line_widths);
+    let placed: Vec<Placed> = planned
+        .iter()
+        .map(|p| Placed { line: &p.line, width: lines[p.ink], ink: p.ink, outline: p.layer == 0 })
+        .collect();
+    let superpixels = painter.superpixels.as_ref();
+    let mut plates = plates::maps(original, &semantics, superpixels);
+    plates.extend(plates::frames(flat, paper_color(flat), &placed, options.frames));
+    let mut notes = semantics.notes.clone();
+    notes.push(summary(&semantics, &planned, &drawing));
+    Ok(Artwork { drawing, plates, notes })
+}
+
+/// The colour of the bare paper in a flat picture.
+fn paper_color(flat: &Flat) -> Rgb {
+    flat.paper.and_then(|p| flat.inks.get(p)).map_or(PAPER, |i| i.color)
+}
+
+fn summary(semantics: &Semantics, planned: &[Planned], drawing: &Drawing) -> String {
+    let order = semantics.drawing_order();
+    let things = order.iter().filter(|i| matches!(semantics.segments()[**i].kind, Kind::Thing { .. })).count();
+    let outlines = planned.iter().filter(|p| p.layer == 0).count();
+    format!(
+        "{} strokes ({outlines} of outlines) in {} segments, {things} of them things, with {} changes of ink",
+        planned.len(),
+        order.len(),
+        drawing.ink_changes()
+    )
+}
+
+/// The strokes on the sheet, one layer for each ink that draws, in the order planned.
+fn drawing(flat: &Flat, planned: &[Planned], sheet: Sheet, scale: f64, line_widths: &[f64]) -> Drawing {
+    let (w, h) = (flat.width() as f64, flat.height() as f64);
+    let place = |p: &Point2<f64>| Point2::new((p.x - 0.5 * w) * scale, (0.5 * h - p.y) * scale);
+    let mut layers: Vec<InkLayer> = Vec::new();
+    let mut slot: Vec<Option<usize>> = vec![None; flat.inks.len()];
+    for (i, ink) in flat.inks.iter().enumerate() {
+        if planned.iter().any(|p| p.ink == i) {
+            slot[i] = Some(layers.len());
+            let (name, color) = (ink.name.clone(), ink.color);
+            layers.push(InkLayer { name, color, width_hint: Some(line_widths[i]), strokes: Vec::new() });
+        }
+    }
+    let mut order = Vec::with_capacity(planned.len());
+    for p in planned {
+        if let Some(layer) = slot[p.ink] {
+            let strokes = &mut layers[layer].strokes;
+            order.push(StrokeRef { layer, stroke: strokes.len() });
+            strokes.push(Stroke::new(p.line.iter().map(place).collect()));
+        }
+    }
+    Drawing { order, ..Drawing::new(sheet.width, sheet.height, layers) }
+}
+
+/// Everything that the choice of strokes looks at.
+struct Painter<'a> {
+    flat: &'a Flat,
+    semantics: &'a Semantics,
+    lines: &'a [f64],
+    options: &'a LayeredOptions,
+    lab: Vec<[f32; 3]>,
+    form: Form,
+    /// Distance of each pixel from where its segment or its ink ends, px.
+    room: Vec<f32>,
+    /// Layer of depth of each pixel within its segment, from the back.
+    bands: Vec<u8>,
+    canvas: Canvas,
+    /// Segments in drawing order, and the place of each in it.
+    order: Vec<usize>,
+    rank: Vec<usize>,
+    planned: Vec<Planned>,
+    superpixels: Option<Superpixels>,
+    seed: u64,
+}
+
+impl<'a> Painter<'a> {
+    fn new(
+        flat: &'a Flat,
+        original: &'a Picture,
+        semantics: &'a Semantics,
+        lines: &'a [f64],
+        options: &'a LayeredOptions,
+        seed: u64,
+    ) -> Self {
+        let (width, height) = (flat.width(), flat.height());
+        let lab: Vec<[f32; 3]> = original.pixels.iter().map(|p| oklab(*p)).collect();
+        let lightness = Plane::from_values(width, height, lab.iter().map(|p| p[0]).collect()).unwrap_or_default();
+        let form = Form::new(&lightness, semantics.labels(), semantics.depth());
+        let areas: Vec<u32> =
+            semantics.labels().iter().zip(&flat.labels).map(|(s, l)| u32::from(*s) << 8 | u32::from(*l)).collect();
+        let order = semantics.drawing_order();
+        let mut rank = vec![0; semantics.segments().len()];
+        order.iter().enumerate().for_each(|(r, s)| rank[*s] = r);
+        Self {
+            flat,
+            semantics,
+            lines,
+            options,
+            lab,
+            form,
+            room: rim_distance(&areas, width, height),
+            bands: bands(semantics, options.layers),
+            canvas: Canvas::new(&flat.picture(), paper_color(flat), &flat.inks),
+            order,
+            rank,
+            planned: Vec::new(),
+            superpixels: None,
+            seed,
+        }
+    }
+
+    /// Chooses the strokes, and gives them in their order.
+    fn paint(&mut self) -> Vec<Planned> {
+        let wish: f64 = self.canvas.difference().iter().map(|d| f64::from(*d)).sum();
+        // what a stroke must gain to be worth one of the budget
+        let floor = 0.02 * wish / self.options.strokes as f64;
+        self.outlines(floor);
+        for pass in 0..self.options.passes.len() {
+            self.pass(pass, floor);
+        }
+        in_order(std::mem::take(&mut self.planned), &self.flat.inks)
+    }
+
+    fn left(&self) -> usize {
+        self.options.strokes - self.planned.len()
+    }
+
+    /// A budget shared among the segments by what they still lack, those that are things counting more.
+    fn shares(&self, budget: f64) -> Vec<f64> {
+        let mut lack = vec![0.0; self.order.len()];
+        for (d, s) in self.canvas.difference().iter().zip(self.semantics.labels()) {
+            lack[self.rank[usize::from(*s)]] += f64::from(*d);
+        }
+        let weights = self.semantics.weights();
+        for (lack, s) in lack.iter_mut().zip(&self.order) {
+            if weights[*s] > 0.0 {
+                *lack *= self.options.emphasis;
+            }
+            // a small segment needs strokes even if a large one needs more
+            *lack = lack.powf(0.75);
+        }
+        let all: f64 = lack.iter().sum::<f64>().max(1e-300);
+        lack.into_iter().map(|l| budget * l / all).collect()
+    }
+
+    fn outlines(&mut self, floor: f64) {
+        let shares = self.shares(self.options.strokes as f64 * self.options.outline);
+        for (rank, share) in shares.into_iter().enumerate() {
+            let mut found = outline_strokes(self.flat, self.semantics, self.order[rank], self.lines);
+            let mut gains: Vec<(f64, usize)> = Vec::new();
+            for (i, (ink, line)) in found.iter().enumerate() {
+                gains.push((self.canvas.gain(line, self.lines[*ink], *ink), i));
+            }
+            gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            for (_, i) in gains.into_iter().take((share.ceil() as usize).min(self.left())) {
+                let (ink, line) = (found[i].0, std::mem::take(&mut found[i].1));
+                // again: outlines of neighbours run side by side
+                if self.canvas.gain(&line, self.lines[ink], ink) > 0.25 * floor {
+                    self.canvas.draw(&line, self.lines[ink], ink);
+                    self.planned.push(Planned { rank, layer: 0, pass: 0, ink, line });
+                }
+            }
+        }
+    }
+
+    /// One pass with a brush over all segments.
+    fn pass(&mut self, pass: usize, floor: f64) {
+        let last = pass + 1 == self.options.passes.len();
+        let budget = if last {
+            self.left()
+        } else {
+            ((self.options.strokes as f64 * self.options.passes[pass]) as usize).min(self.left())
+        };
+        if budget == 0 {
+            return;
+        }
+        let drawn = self.flat.labels.iter().filter(|l| Some(usize::from(**l)) != self.flat.paper).count();
+        // each pass has about three seeds for each stroke it may place: many are covered already, or find no room
+        let seeds = (3.0 * budget as f64 * self.flat.labels.len() as f64 / drawn as f64).max(1.0);
+        let superpixels = slic(
+            &self.lab,
+            self.flat.width(),
+            Some(self.semantics.labels()),
+            &SlicOptions {
+                count: (seeds as usize).min(self.flat.labels.len()),
+                compactness: self.options.compactness,
+                ..SlicOptions::default()
+            },
+        );
+        let radius = 0.5 * (drawn as f64 / (self.options.strokes as f64 * 0.15)).sqrt() * 0.55f64.powi(pass as i32);
+        let mut seeds = self.seeds(&superpixels);
+        let lack: Vec<f64> = {
+            let mut lack = vec![0.0; superpixels.cells.len()];
+            let difference = self.canvas.difference();
+            superpixels.labels.iter().zip(difference).for_each(|(l, d)| lack[*l as usize] += f64::from(*d));
+            lack
+        };
+        seeds.sort_by(|a, b| lack[b.0].total_cmp(&lack[a.0]).then(a.0.cmp(&b.0)));
+        let mut shares: Vec<usize> = self.shares(budget as f64).into_iter().map(|s| s.round() as usize).collect();
+        let mut random = stream(self.seed, "layered depth", pass as u64);
+        let mut left = budget;
+        for (_, pixel) in seeds {
+            let rank = self.rank[usize::from(self.semantics.labels()[pixel])];
+            if shares[rank] == 0 || left == 0 {
+                continue;
+            }
+            let luck = 0.75 + 0.5 * f64::from(random.next_u32()) / f64::from(u32::MAX);
+            if let Some((ink, line)) = self.stroke(pixel, radius, luck, floor) {
+                let layer = 1 + usize::from(self.bands[pixel]);
+                self.canvas.draw(&line, self.lines[ink], ink);
+                self.planned.push(Planned { rank, layer, pass, ink, line });
+                shares[rank] -= 1;
+                left -= 1;
+            }
+        }
+        if self.superpixels.is_none() || pass == 1 {
+            self.superpixels = Some(superpixels);
+        }
+    }
+
+    /// For each superpixel whose commonest ink isn't the paper, the pixel in that ink with the most room, near its centre.
+    fn seeds(&self, superpixels: &Superpixels) -> Vec<(usize, usize)> {
+        let inks = self.flat.inks.len();
+        let mut votes = vec![0u32; inks * superpixels.cells.len()];
+        for (cell, ink) in superpixels.labels.iter().zip(&self.flat.labels) {
+            votes[*cell as usize * inks + usize::from(*ink)] += 1;
+        }
+        // the commonest ink that isn't paper; of paper alone there is none
+        let winner: Vec<Option<usize>> = votes
+            .chunks(inks)
+            .map(|v| (0..inks).filter(|i| Some(*i) != self.flat.paper && v[*i] > 0).max_by_key(|i| (v[*i], inks - i)))
+            .collect();
+        let mut best: Vec<Option<(f64, usize)>> = vec![None; superpixels.cells.len()];
+        let width = self.flat.width();
+        for (i, cell) in superpixels.labels.iter().enumerate() {
+            let cell = *cell as usize;
+            if winner[cell] != Some(usize::from(self.flat.labels[i])) {
+                continue;
+            }
+            let c = &superpixels.cells[cell];
+            let off = ((i % width) as f64 + 0.5 - c.x).hypot((i / width) as f64 + 0.5 - c.y);
+            let score = f64::from(self.room[i]) - 0.5 * off;
+            if best[cell].is_none_or(|b| score > b.0) {
+                best[cell] = Some((score, i));
+            }
+        }
+        best.into_iter().enumerate().filter_map(|(cell, b)| Some((cell, b?.1))).collect()
+    }
+
+    /// The best stroke from a seed, of brushes up to a radius, px; `None` when none gains enough.
+    fn stroke(&mut self, pixel: usize, radius: f64, luck: f64, floor: f64) -> Option<(usize, Vec<Point2<f64>>)> {
+        let (flat, semantics) = (self.flat, self.semantics);
+        let ink = usize::from(flat.labels[pixel]);
+        let segment = semantics.labels()[pixel];
+        if self.canvas.wish(pixel, ink) <= 0.0 {
+            return None;
+        }
+        let width = flat.width();
+        let finest = 0.5 * self.lines[ink];
+        let room = f64::from(self.room[pixel]).max(finest);
+        let mut best: Option<(f64, Vec<Point2<f64>>)> = None;
+        for share in [1.0, 0.6] {
+            let brush = PenBrush {
+                radius: (share * radius).min(room).max(finest),
+                line: self.lines[ink],
+                coverage: self.options.coverage,
+                fill: self.options.fill,
+            };
+            let habit = Habit {
+                radius: brush.drawn_radius(),
+                longest: (self.options.length * 2.0 * brush.radius * luck).max(8.0 * self.lines[ink]),
+                curvature: self.options.curvature,
+            };
+            let canvas = &self.canvas;
+            let (labels, room) = (&semantics.labels(), &self.room);
+            let welcome = |i: usize| {
+                labels[i] == segment
+                    && usize::from(flat.labels[i]) == ink
+                    && f64::from(room[i]) > 0.5 * habit.radius.min(radius) - 0.5
+                    && canvas.wish(i, ink) > 0.0
+            };
+            let at = Point2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
+            let spine = grow(&self.form, at, width, flat.height(), &habit, welcome);
+            let line = brush.pen_line(&spine);
+            let gain = self.canvas.gain(&line, self.lines[ink], ink);
+            if gain > floor && best.as_ref().is_none_or(|b| gain > b.0) {
+                best = Some((gain, line));
+            }
+            if brush.radius <= finest {
+                break;
+            }
+        }
+        best.map(|(_, line)| (ink, line))
+    }
+}
+
+/// The layer of depth of each pixel within its segment, from the back: the histogram of the segment's depths, equalised.
+fn bands(semantics: &Semantics, layers: usize) -> Vec<u8> {
+    const BINS: usize = 256;
+    let bin = |d: f32| ((d * BINS as f32) as usize).min(BINS - 1);
+    let mut histogram = vec![[0u32; BINS]; semantics.segments().len()];
+    for (s, d) in semantics.labels().iter().zip(&semantics.depth().values) {
+        histogram[usize::from(*s)][bin(*d)] += 1;
+    }
+    let band: Vec<Vec<u8>> = histogram
+        .iter()
+        .map(|bins| {
+            let all: f64 = bins.iter().map(|b| f64::from(*b)).sum::<f64>().max(1.0);
+            let mut below = 0.0;
+            bins.iter()
+                .map(|b| {
+                    // the middle of a bin, so that a segment of one depth is one layer in the middle
+                    let share = (below + 0.5 * f64::from(*b)) / all;
+                    below += f64::from(*b);
+                    ((share * layers as f64) as usize).min(layers - 1) as u8
+                })
+                .collect()
+        })
+        .collect();
+    semantics.labels().iter().zip(&semantics.depth().values).map(|(s, d)| band[usize::from(*s)][bin(*d)]).collect()
+}
+
+/// Strokes in the order in which they are drawn: by segment, outline, then layer from the back, then from the broadest brush
+/// to the finest, and in each of these from the lightest ink to the darkest, with short ways between.
+fn in_order(mut planned: Vec<Planned>, inks: &[crate::picture::Ink]) -> Vec<Planned> {
+    let lightness = |ink: usize| oklab(crate::art::depth::canvas::light(inks[ink].color))[0];
+    let mut by_light: Vec<usize> = (0..inks.len()).collect();
+    by_light.sort_by(|a, b| lightness(*b).total_cmp(&lightness(*a)).then(a.cmp(b)));
+    let mut shade = vec![0; inks.len()];
+    by_light.into_iter().enumerate().for_each(|(k, i)| shade[i] = k);
+    let key = |p: &Planned| (p.rank, p.layer, p.pass, shade[p.ink]);
+    planned.sort_by_key(key);
+    let mut at = Point2::origin();
+    let mut start = 0;
+    while start < planned.len() {
+        let same = |p: &Planned| key(p) == key(&planned[start]);
+        let end = start + planned[start..].iter().take_while(|p| same(p)).count();
+        for next in start..end {
+            let way = |p: &Planned| {
+                let (a, b) = (p.line.first(), p.line.last());
+                let d = |q: Option<&Point2<f64>>| q.map_or(f64::MAX, |q| (q - at).norm());
+                (d(a).min(d(b)), d(b) < d(a))
+            };
+            let nearest =
+                (next..end).min_by(|a, b| way(&planned[*a]).0.total_cmp(&way(&planned[*b]).0)).unwrap_or(next);
+            planned.swap(next, nearest);
+            if way(&planned[next]).1 {
+                planned[next].line.reverse();
+            }
+            at = planned[next].line.last().copied().unwrap_or(at);
+        }
+        start = end;
+    }
+    planned
+}
