@@ -1,7 +1,7 @@
 //! Artwork files to drawings, by the file's extension; and what can go wrong on the way.
 use std::path::{Path, PathBuf};
 
-use super::{Drawing, SvgOptions, stroke_text, svg};
+use super::{Drawing, StylusOptions, SvgOptions, stroke_text, stylus, svg};
 
 /// A drawing and what of its artwork could not be drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +60,7 @@ pub enum DrawingError {
         reason: String,
     },
     /// The extension says nothing about the format.
-    #[error("{}: unknown kind of artwork: known are .svg and .txt (stroke text, one file per ink: name_k.txt)", file.display())]
+    #[error("{}: unknown kind of artwork: known are .svg, .jsonl (a stylus) and .txt (stroke text, one file per ink: name_k.txt)", file.display())]
     UnknownKind {
         /// The file.
         file: PathBuf,
@@ -118,15 +118,16 @@ impl Size {
     }
 }
 
-/// Reads artwork by its extension: `.svg`, or `.txt` for stroke text (with its sibling inks). Of the options stroke
-/// text heeds the size alone.
+/// Reads artwork by its extension: `.svg`, `.jsonl` for a recording of a stylus, or `.txt` for stroke text (with its
+/// sibling inks). Stroke text heeds the size alone.
 ///
 /// # Errors
 /// See [`DrawingError`].
-pub fn load(file: &Path, options: &SvgOptions) -> Result<Loaded, DrawingError> {
+pub fn load(file: &Path, options: &SvgOptions, stylus: &StylusOptions) -> Result<Loaded, DrawingError> {
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
         "svg" => svg::read(file, options),
+        "jsonl" => stylus::read(file, options.size, stylus),
         "txt" => Ok(Loaded { drawing: stroke_text::read(file, options.size)?, warnings: Vec::new() }),
         _ => Err(DrawingError::UnknownKind { file: file.to_path_buf() }),
     }
@@ -140,6 +141,7 @@ mod tests {
     fn the_extension_chooses_the_reader() {
         let folder = tempfile::tempdir().unwrap();
         let options = SvgOptions { size: Size::Fit(0.1, 0.1), ..Default::default() };
+        let load = |file: &Path| load(file, &options, &StylusOptions::default());
         let file = |name: &str, text: &str| {
             let file = folder.path().join(name);
             std::fs::write(&file, text).unwrap();
@@ -150,12 +152,15 @@ mod tests {
             "<svg xmlns='http://www.w3.org/2000/svg' width='4' height='2'><path d='M0 0H4' stroke='red'/></svg>",
         );
         let text = file("a_k.txt", "400 200\n0 0.5\n1 0.5\nEnd\n");
-        for file in [svg, text] {
-            let d = load(&file, &options).unwrap().drawing;
+        let line = |x: f64| format!("{{\"x\":{x},\"y\":50,\"pressure\":0.5,\"t\":{}}}\n", 0.01 * x);
+        let samples: String = (0..=200).map(|x| line(f64::from(x))).collect();
+        let stylus = file("a.jsonl", &format!("{{\"width\":200,\"height\":100,\"unit\":\"px\"}}\n{samples}"));
+        for file in [svg, text, stylus] {
+            let d = load(&file).unwrap().drawing;
             assert!((d.width - 0.1).abs() < 1e-8 && (d.height - 0.05).abs() < 1e-8 && (d.length() - 0.1).abs() < 1e-7);
         }
-        assert!(matches!(load(&file("a.doc", ""), &options), Err(DrawingError::UnknownKind { .. })));
-        assert!(matches!(load(&folder.path().join("none.svg"), &options), Err(DrawingError::Unreadable { .. })));
+        assert!(matches!(load(&file("a.doc", "")), Err(DrawingError::UnknownKind { .. })));
+        assert!(matches!(load(&folder.path().join("none.svg")), Err(DrawingError::Unreadable { .. })));
     }
 
     #[test]

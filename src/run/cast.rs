@@ -5,7 +5,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 use crate::drawing::pattern::{Figure, Pattern};
 use crate::drawing::tidy::{TidyOptions, tidy};
-use crate::drawing::{self, Drawing, InkLayer, Size, SvgOptions};
+use crate::drawing::{self, Drawing, InkLayer, Size, StylusOptions, SvgOptions};
 use crate::ink::PenModel;
 use crate::math::{Pose, Rgb};
 use crate::mesh::{TriMesh, shapes};
@@ -96,7 +96,8 @@ pub(super) fn draw(spec: &DrawingSpec, progress: &dyn Progress) -> Result<Drawin
                     angle: spec.hatch_angle_deg.to_radians(),
                 },
             };
-            let loaded = drawing::load(file, &SvgOptions { size, fill, tolerance: FLATTENING, ..Default::default() })?;
+            let svg = SvgOptions { size, fill, tolerance: FLATTENING, ..Default::default() };
+            let loaded = drawing::load(file, &svg, &StylusOptions::default())?;
             for warning in &loaded.warnings {
                 progress.note(&format!("{}: {warning}", file.display()));
             }
