@@ -59,6 +59,17 @@ impl Stroke {
         Self { points, widths: Vec::new() }
     }
 
+    /// Turns the stroke round, its widths with it.
+    pub fn reverse(&mut self) {
+        self.points.reverse();
+        self.widths.reverse();
+    }
+
+    /// Wished width at a point, m; `None` where the pen's own is wished.
+    pub fn width_at(&self, point: usize) -> Option<f64> {
+        self.widths.get(point).copied()
+    }
+
     /// Length of the polyline, m.
     pub fn length(&self) -> f64 {
         self.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()

@@ -38,7 +38,7 @@ pub fn order_strokes(mut strokes: Vec<Stroke>, effort: u64) -> Vec<Stroke> {
     for (s, backwards) in tour.visits {
         if let Some(mut stroke) = slots[s as usize].take() {
             if backwards {
-                stroke.points.reverse();
+                stroke.reverse();
             }
             ordered.push(stroke);
         }
@@ -47,8 +47,9 @@ pub fn order_strokes(mut strokes: Vec<Stroke>, effort: u64) -> Vec<Stroke> {
     ordered
 }
 
+/// Whether the stroke may begin at any of its vertices; one of varying width would get a step there.
 fn is_closed(stroke: &Stroke) -> bool {
-    stroke.points.len() > 2 && stroke.points.first() == stroke.points.last()
+    stroke.widths.is_empty() && stroke.points.len() > 2 && stroke.points.first() == stroke.points.last()
 }
 
 /// Starts a closed stroke at another of its vertices.
@@ -428,6 +429,24 @@ mod tests {
         let ordered = order_strokes(vec![square(0.0), square(3.0), square(1.5)], 1000);
         // Each of the inner ones is left where it is entered, so half of its width must be crossed at least.
         assert!((pen_up_length(&ordered) - 2.0).abs() < 1.0 + 1e-9, "{}", pen_up_length(&ordered));
+    }
+
+    #[test]
+    fn a_stroke_that_is_turned_round_keeps_its_widths() {
+        let line = |x: [f64; 3], widths: Vec<f64>| Stroke { points: x.map(|x| Point2::new(x, 0.0)).to_vec(), widths };
+        let there = line([0.0, 0.1, 0.2], vec![1e-3, 2e-3, 3e-3]);
+        let mut loose = line([0.3, 0.4, 0.3], vec![1e-3, 2e-3, 3e-3]);
+        let strokes = vec![there.clone(), line([0.5, 0.4, 0.25], vec![4e-3, 5e-3, 6e-3]), loose.clone()];
+        let ordered = order_strokes(strokes, 1000);
+        let turned = ordered.iter().find(|s| s.points.contains(&Point2::new(0.5, 0.0))).unwrap();
+        let at = turned.points.iter().position(|p| p.x == 0.5).unwrap();
+        assert_eq!(turned.widths[at], 4e-3);
+        assert!(ordered.contains(&there));
+        // a closed line of varying width begins at an end of its own
+        if !ordered.contains(&loose) {
+            loose.reverse();
+            assert!(ordered.contains(&loose));
+        }
     }
 
     #[test]

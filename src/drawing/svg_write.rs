@@ -1,11 +1,16 @@
-//! [`Drawing`] to SVG text: the wished lines, in millimetres, one Inkscape layer per ink.
+//! [`Drawing`] to SVG text: the wished lines, in millimetres, one Inkscape layer per ink. A line of varying width is
+//! written in runs of even width.
 use std::fmt::Write as _;
 
-use super::{Drawing, InkLayer};
+use nalgebra::Point2;
+
+use super::{Drawing, InkLayer, Stroke};
 use crate::math::Rgb;
 
 /// Width of lines whose layer asks for none, mm.
 const DEFAULT_WIDTH_MM: f64 = 0.5;
+/// A run goes on while the width stays this near, relatively, to that it began with.
+const EVEN: f64 = 0.05;
 
 /// The drawing as an SVG document whose user unit is a millimetre. Coordinates are rounded to 0.1 um.
 pub fn write(drawing: &Drawing) -> String {
@@ -36,19 +41,49 @@ fn add_layer(svg: &mut String, index: usize, layer: &InkLayer, width: f64, heigh
         number(layer.width_hint.map_or(DEFAULT_WIDTH_MM, |w| 1e3 * w)),
     );
     for stroke in &layer.strokes {
-        let Some(first) = stroke.points.first() else { continue };
-        let closed = stroke.points.len() > 2 && stroke.points.first() == stroke.points.last();
-        let rest = &stroke.points[1..stroke.points.len() - usize::from(closed)];
-        // A dot is a line of no length, which round caps make visible.
-        let dot = if stroke.points.len() == 1 { std::slice::from_ref(first) } else { &[] };
-        svg.push_str("<path d=\"M");
-        for (i, p) in std::iter::once(first).chain(rest).chain(dot).enumerate() {
-            let lead = if i == 0 { "" } else { "L" };
-            let _ = write!(svg, "{lead}{} {}", number(1e3 * p.x + 0.5 * width), number(0.5 * height - 1e3 * p.y));
+        if stroke.widths.len() == stroke.points.len() {
+            add_runs(svg, stroke, width, height);
+        } else {
+            svg.push_str("<path");
+            add_path(svg, &stroke.points, width, height);
         }
-        svg.push_str(if closed { "Z\"/>\n" } else { "\"/>\n" });
     }
     svg.push_str("</g>\n");
+}
+
+/// A stroke of varying width as paths one after another, each of one width: the mean of its points'.
+fn add_runs(svg: &mut String, stroke: &Stroke, width: f64, height: f64) {
+    let last = stroke.points.len().saturating_sub(1);
+    let mut from = 0;
+    loop {
+        let Some(begun) = stroke.width_at(from) else { return };
+        let even = stroke.widths[from..].iter().take_while(|w| (*w - begun).abs() <= EVEN * begun).count().max(1);
+        let widths = &stroke.widths[from..from + even];
+        let mean = widths.iter().sum::<f64>() / widths.len() as f64;
+        // the point that ends a run begins the next, so that the line has no gap
+        let to = (from + even).min(last);
+        let _ = write!(svg, "<path stroke-width=\"{}\"", number(1e3 * mean));
+        add_path(svg, &stroke.points[from..=to], width, height);
+        if to == last {
+            return;
+        }
+        from = to;
+    }
+}
+
+/// Ends a path's tag with where it goes.
+fn add_path(svg: &mut String, points: &[Point2<f64>], width: f64, height: f64) {
+    let Some(first) = points.first() else { return };
+    let closed = points.len() > 2 && points.first() == points.last();
+    let rest = &points[1..points.len() - usize::from(closed)];
+    // A dot is a line of no length, which round caps make visible.
+    let dot = if points.len() == 1 { std::slice::from_ref(first) } else { &[] };
+    svg.push_str(" d=\"M");
+    for (i, p) in std::iter::once(first).chain(rest).chain(dot).enumerate() {
+        let lead = if i == 0 { "" } else { "L" };
+        let _ = write!(svg, "{lead}{} {}", number(1e3 * p.x + 0.5 * width), number(0.5 * height - 1e3 * p.y));
+    }
+    svg.push_str(if closed { "Z\"/>\n" } else { "\"/>\n" });
 }
 
 /// A number of millimetres without trailing zeros.
@@ -79,7 +114,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::drawing::{Stroke, SvgOptions, svg};
+    use crate::drawing::{SvgOptions, svg};
 
     fn stroke() -> impl Strategy<Value = Stroke> {
         proptest::collection::vec((-0.099..0.099f64, -0.049..0.049f64), 1..12)
@@ -116,6 +151,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_swelling_line_is_written_in_runs_without_gaps() {
+        let points: Vec<_> = (0..=40).map(|i| Point2::new(1e-3 * f64::from(i), 0.0)).collect();
+        let widths = (0..=40).map(|i| 5e-4 * (1.0 + 0.025 * f64::from(i))).collect();
+        let layer = InkLayer {
+            name: "a".into(),
+            color: Rgb([0; 3]),
+            width_hint: None,
+            strokes: vec![Stroke { points, widths }],
+        };
+        let drawing = Drawing::new(0.2, 0.1, vec![layer]);
+        let text = write(&drawing);
+        let runs: Vec<&str> = text.lines().filter(|l| l.starts_with("<path stroke-width")).collect();
+        assert!((8..=20).contains(&runs.len()), "{} runs from 0.5 to 1 mm", runs.len());
+        let options = SvgOptions { by_ink: false, paper: None, ..Default::default() };
+        let read = svg::parse(text.as_bytes(), std::path::Path::new("a.svg"), &options).unwrap().drawing;
+        assert!((read.length() - 0.04).abs() < 1e-6, "{}", read.length());
     }
 
     #[test]

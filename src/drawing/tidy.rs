@@ -74,22 +74,29 @@ fn ends_of(points: &[Point2<f64>]) -> Option<[Point2<f64>; 2]> {
 
 /// Joins strokes whose ends are at most `tolerance` (m) apart, turning them round where needed. Where more than two
 /// ends meet, the line goes on as straight as it can. A gap becomes a short piece of line, and a line that comes back
-/// to its start is closed. Dots and closed strokes stay as they are.
+/// to its start is closed. Dots, closed strokes and strokes of varying width stay as they are.
 pub fn merge_strokes(strokes: Vec<Stroke>, tolerance: f64) -> Vec<Stroke> {
     let side = tolerance.max(1e-9);
     let cell = |p: &Point2<f64>| ((p.x / side).floor() as i64, (p.y / side).floor() as i64);
     // Ends of strokes that can be joined, by cell: stroke and whether it is its last point.
     let mut ends: BTreeMap<(i64, i64), Vec<(usize, bool)>> = BTreeMap::new();
     for (i, stroke) in strokes.iter().enumerate() {
-        if let Some([a, b]) = ends_of(&stroke.points).filter(|[a, b]| stroke.points.len() > 1 && a != b) {
+        if let Some([a, b]) =
+            ends_of(&stroke.points).filter(|[a, b]| stroke.points.len() > 1 && a != b && stroke.widths.is_empty())
+        {
             ends.entry(cell(&a)).or_default().push((i, false));
             ends.entry(cell(&b)).or_default().push((i, true));
         }
     }
-    let mut slots: Vec<Option<Vec<Point2<f64>>>> = strokes.into_iter().map(|s| Some(s.points)).collect();
+    let (lines, mut widths): (Vec<_>, Vec<_>) = strokes.into_iter().map(|s| (s.points, s.widths)).unzip();
+    let mut slots: Vec<Option<Vec<Point2<f64>>>> = lines.into_iter().map(Some).collect();
     let mut merged = Vec::new();
     for i in 0..slots.len() {
         let Some(mut line) = slots[i].take() else { continue };
+        if !widths[i].is_empty() {
+            merged.push(Stroke { points: line, widths: std::mem::take(&mut widths[i]) });
+            continue;
+        }
         let joinable = ends_of(&line).is_some_and(|[a, b]| a != b);
         // Grow at the tail, then turn round and grow at the other end. The second turn restores the direction.
         for _ in 0..2 {
@@ -155,10 +162,10 @@ fn heading_at_end(points: &[Point2<f64>]) -> nalgebra::Vector2<f64> {
 }
 
 /// The stroke with fewer points, none of the left-out ones farther than `tolerance` (m) from the new line
-/// (Ramer, doi:10.1016/S0146-664X(72)80017-0; Douglas and Peucker). Ends are kept.
+/// (Ramer, doi:10.1016/S0146-664X(72)80017-0; Douglas and Peucker). Ends are kept; a stroke of varying width is kept whole.
 pub fn simplify(stroke: &Stroke, tolerance: f64) -> Stroke {
     let points = &stroke.points;
-    if points.len() < 3 {
+    if points.len() < 3 || !stroke.widths.is_empty() {
         return stroke.clone();
     }
     let mut keep = vec![false; points.len()];
@@ -185,16 +192,22 @@ fn distance(p: &Point2<f64>, a: &Point2<f64>, b: &Point2<f64>) -> f64 {
     (p - (a + d * along)).norm()
 }
 
-/// The same line with points at most `step` (m) apart: each segment is divided evenly, all vertices are kept. A step
-/// that is not positive changes nothing.
+/// The same line with points at most `step` (m) apart: each segment is divided evenly, all vertices are kept; widths are
+/// interpolated. A step that is not positive changes nothing.
 pub fn resample(stroke: &Stroke, step: f64) -> Stroke {
     let mut points: Vec<Point2<f64>> = stroke.points.first().copied().into_iter().collect();
-    for w in stroke.points.windows(2) {
+    let mut widths: Vec<f64> = stroke.widths.first().copied().into_iter().collect();
+    for (i, w) in stroke.points.windows(2).enumerate() {
         let parts = if step > 0.0 { ((w[1] - w[0]).norm() / step - 1e-9).ceil().max(1.0) as usize } else { 1 };
-        points.extend((1..parts).map(|k| w[0] + (w[1] - w[0]) * (k as f64 / parts as f64)));
+        let shares = (1..parts).map(|k| k as f64 / parts as f64);
+        points.extend(shares.clone().map(|u| w[0] + (w[1] - w[0]) * u));
         points.push(w[1]);
+        if let (Some(a), Some(b)) = (stroke.width_at(i), stroke.width_at(i + 1)) {
+            widths.extend(shares.map(|u| a + (b - a) * u));
+            widths.push(b);
+        }
     }
-    Stroke::new(points)
+    Stroke { points, widths }
 }
 
 #[cfg(test)]
@@ -275,8 +288,11 @@ mod tests {
         fn resampling_keeps_the_line_and_bounds_the_step(
             points in proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 1..20), step in 0.01..1.0f64,
         ) {
-            let s = stroke(&points);
+            let mut s = stroke(&points);
+            s.widths = points.iter().map(|(x, _)| 2.0 + x).collect();
             let t = resample(&s, step);
+            prop_assert!(t.points.iter().zip(&t.widths).all(|(p, w)| (2.0 + p.x - w).abs() < 1e-12));
+            prop_assert_eq!(t.points.len(), t.widths.len());
             prop_assert!((s.length() - t.length()).abs() < 1e-9);
             prop_assert!(t.points.windows(2).all(|w| (w[1] - w[0]).norm() <= step * (1.0 + 1e-6)));
             prop_assert!(s.points.iter().all(|p| t.points.contains(p)));
@@ -308,6 +324,24 @@ mod tests {
         assert_eq!(merged.len(), 1);
         assert_eq!(merged[0].points.first(), merged[0].points.last());
         assert!((merged[0].length() - 4.0).abs() < 2e-4);
+    }
+
+    #[test]
+    fn strokes_of_varying_width_come_through_whole() {
+        let swelling = |x: f64| Stroke {
+            points: (0..=10).map(|i| Point2::new(x + 0.01 * f64::from(i), 0.0)).collect(),
+            widths: (0..=10).map(|i| 1e-3 + 1e-4 * f64::from(i)).collect(),
+        };
+        let mut d = drawing(vec![swelling(0.0), stroke(&[(0.1, 0.0), (0.1, 0.1)]), swelling(0.1)]);
+        assert_eq!(tidy(&mut d, &TidyOptions::default()).strokes, [3, 3]);
+        let same = |s: &Stroke, t: &Stroke| {
+            let mut turned = t.clone();
+            turned.reverse();
+            s == t || *s == turned
+        };
+        for x in [0.0, 0.1] {
+            assert!(d.layers[0].strokes.iter().any(|s| same(s, &swelling(x))));
+        }
     }
 
     #[test]

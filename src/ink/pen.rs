@@ -34,6 +34,9 @@ pub struct NibSpring {
     pub friction: f64,
 }
 
+/// Speeds below this are taken for this where a steady line's width is asked for, m/s.
+const SLOWEST: f64 = 1e-3;
+
 /// A kind of pen. Lengths in m, forces in N, speeds in m/s, volumes in m^3.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PenModel {
@@ -154,6 +157,46 @@ impl PenModel {
             TipShape::Cone => f.sqrt(),
         };
         (self.width_at_rest + (self.width_nominal - self.width_at_rest) * growth).min(self.width_max)
+    }
+
+    /// Width of the line, m, that a steady press of `force`, N, draws at `speed`, m/s: the contact and what ink spreads
+    /// beyond it in the time `w / v` that the nib takes to pass.
+    pub fn line_width(&self, force: f64, speed: f64) -> f64 {
+        let contact = self.contact_width(force);
+        contact + self.spread(contact / speed.max(SLOWEST))
+    }
+
+    /// Least and largest force, N, that is planned for a line of wished width: twice what makes the nib skip, since forces
+    /// waver, and what squeezes the nib flat or damages it.
+    pub fn force_range(&self) -> [f64; 2] {
+        let share = (self.width_max - self.width_at_rest) / (self.width_nominal - self.width_at_rest).max(1e-9);
+        let flat = self.force_nominal
+            * match self.tip {
+                TipShape::Sphere => share.powi(3),
+                TipShape::Cone => share.powi(2),
+            };
+        let least = (2.0 * self.force_min).min(self.force_nominal).max(1e-3 * self.force_nominal);
+        [least, flat.min(self.force_max).max(least)]
+    }
+
+    /// Narrowest and widest line, m, at the nominal speed.
+    pub fn width_range(&self) -> [f64; 2] {
+        self.force_range().map(|force| self.line_width(force, self.speed_nominal))
+    }
+
+    /// Force, N, for a line of this width, m, at this speed, m/s: the inverse of [`line_width`](Self::line_width) within
+    /// [`force_range`](Self::force_range), and the nearest end of that for widths out of reach.
+    pub fn force_for_width(&self, width: f64, speed: f64) -> f64 {
+        let [mut low, mut high] = self.force_range();
+        if self.line_width(high, speed) <= width {
+            return high;
+        }
+        // the width never falls with force, so halving finds it; 50 times reach the last bits
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if self.line_width(middle, speed) < width { low = middle } else { high = middle }
+        }
+        high
     }
 
     /// Time for which a point under the nib is wetted at the nominal force and speed, s: `t_n = w_n / v_n`.
@@ -350,6 +393,20 @@ mod tests {
                 prop_assert!(pen.contact_width(f) <= pen.width_max);
                 let at = |v: f64| pen.density(pen.width_nominal / (v + 1e-6), v, pen.width_nominal);
                 prop_assert!(at(v + dv) <= at(v) && at(v) <= pen.density_max && at(v + dv) >= 0.0);
+            }
+        }
+
+        #[test]
+        fn force_for_width_is_the_inverse_of_line_width(share in 0.0..1.0f64, speed in 2e-3..0.2f64, off in 1e-4..1e-2f64) {
+            for pen in pens() {
+                let [low, high] = pen.force_range();
+                let [narrow, wide] = [low, high].map(|f| pen.line_width(f, speed));
+                let width = narrow + share * (wide - narrow);
+                let force = pen.force_for_width(width, speed);
+                prop_assert!((low..=high).contains(&force));
+                prop_assert!((pen.line_width(force, speed) / width - 1.0).abs() < 1e-9, "{}: {} N", pen.name, force);
+                prop_assert_eq!(pen.force_for_width(wide + off, speed), high);
+                prop_assert!((pen.force_for_width(narrow - off, speed) / low - 1.0).abs() < 1e-6);
             }
         }
 

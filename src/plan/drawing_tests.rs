@@ -55,7 +55,7 @@ fn laid(canvas: &BelievedCanvas, layers: &[Vec<Vec<(f64, f64)>>]) -> SurfaceDraw
         let origin = frame * Point3::new(*x, *y, 0.5);
         let hit = canvas.mesh.cast_ray(&origin, &(frame.rotation * -Vector3::z()), 2.0);
         let hit = hit.unwrap_or_else(|| panic!("({x}, {y}) is beside the canvas"));
-        SurfaceTarget { position: hit.position, normal: hit.normal, sheet: Point2::new(*x, *y) }
+        SurfaceTarget { position: hit.position, normal: hit.normal, sheet: Point2::new(*x, *y), width: None }
     };
     let layers = layers
         .iter()

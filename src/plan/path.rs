@@ -282,7 +282,12 @@ mod tests {
         (0..=n)
             .map(|i| {
                 let (x, y) = f(i as f64 / n as f64);
-                SurfaceTarget { position: Point3::new(x, y, z), normal: Vector3::z(), sheet: Point2::new(x, y) }
+                SurfaceTarget {
+                    position: Point3::new(x, y, z),
+                    normal: Vector3::z(),
+                    sheet: Point2::new(x, y),
+                    width: None,
+                }
             })
             .collect()
     }

@@ -132,6 +132,7 @@ mod tests {
                 position: Point3::new(*x, *y, 0.0),
                 normal: Vector3::z(),
                 sheet: Point2::new(*x, *y),
+                width: None,
             })
             .collect()
     }

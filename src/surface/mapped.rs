@@ -25,6 +25,9 @@ pub struct SurfaceTarget {
     pub normal: Vector3<f64>,
     /// The same point on the sheet, m.
     pub sheet: Point2<f64>,
+    /// Wished width of the line there, m; `None` where the pen's own is wished.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width: Option<f64>,
 }
 
 /// One stroke on the surface.

@@ -152,6 +152,7 @@ fn describe(failures: &[MapFailure]) -> String {
 
 /// Lays a drawing on a surface. Strokes are resampled so that neighbouring targets are at most `step` (m) apart on the
 /// surface; every point of the artwork stays a target; points repeated one after another become one; a dot stays one target.
+/// Widths are interpolated, and stay as they are where the surface stretches the drawing.
 ///
 /// # Errors
 /// [`MapError::OffSurface`] with every place that has no surface under it.
@@ -201,7 +202,7 @@ impl Walk<'_> {
             if last.is_some_and(|l| (l.sheet - sheet).norm() < SAME_POINT) {
                 continue;
             }
-            let target = self.target(sheet);
+            let target = self.target(sheet, stroke.width_at(i));
             match (last, target) {
                 (_, None) => failed.push((i, *sheet, MapProblem::NoSurface)),
                 (None, Some(target)) => self.targets.push(target),
@@ -228,15 +229,16 @@ impl Walk<'_> {
         if halvings == MAX_HALVINGS || (b.sheet - a.sheet).norm() < SAME_POINT {
             return Err((middle, MapProblem::Jump { distance }));
         }
-        let target = self.target(&middle).ok_or((middle, MapProblem::NoSurface))?;
+        let width = a.width.zip(b.width).map(|(a, b)| 0.5 * (a + b));
+        let target = self.target(&middle, width).ok_or((middle, MapProblem::NoSurface))?;
         self.piece(a, &target, halvings + 1)?;
         self.targets.push(target);
         self.piece(&target, b, halvings + 1)
     }
 
-    fn target(&self, sheet: &Point2<f64>) -> Option<SurfaceTarget> {
+    fn target(&self, sheet: &Point2<f64>, width: Option<f64>) -> Option<SurfaceTarget> {
         let s = self.mapping.to_surface(sheet)?;
-        Some(SurfaceTarget { position: s.position, normal: s.normal, sheet: *sheet })
+        Some(SurfaceTarget { position: s.position, normal: s.normal, sheet: *sheet, width })
     }
 }
 
@@ -276,6 +278,17 @@ mod tests {
             let local = moved.inverse_transform_point(&hit.position);
             prop_assert!((local.coords.norm() - 0.15).abs() < 5e-5 && local.z > 0.0);
             prop_assert!((projection.to_sheet(&hit.position).unwrap() - sheet).norm() < 1e-12);
+        }
+
+        #[test]
+        fn widths_are_interpolated_along_the_stroke(step in 5e-4..2e-2f64, a in 2e-4..2e-3f64, b in 2e-4..2e-3f64) {
+            let mut d = drawing(&[&[(-0.05, 0.02), (0.05, -0.01)]]);
+            d.layers[0].strokes[0].widths = vec![a, b];
+            let mapped = map_drawing(&d, &Projection::new(&dome()), step).unwrap();
+            for t in &mapped.layers[0].strokes[0].targets {
+                let u = (t.sheet.x + 0.05) / 0.1;
+                prop_assert!((t.width.unwrap() - (a + (b - a) * u)).abs() < 1e-9);
+            }
         }
 
         #[test]
