@@ -1,7 +1,7 @@
 //! Where the time of a physics step goes: the iiwa presses and draws on the bumpy column at 1 kHz.
 use std::path::{Path, PathBuf};
 
-use calamus::control::{ImpedanceController, ImpedanceOptions, MeasuredState, Reference};
+use calamus::control::{ImpedanceController, ImpedanceOptions, MeasuredState, Press, Reference};
 use calamus::drawing::{Drawing, InkLayer, Stroke};
 use calamus::ink::{InkRecorder, NibContact, PenModel};
 use calamus::math::Rgb;
@@ -65,7 +65,7 @@ impl Bench {
             .expect("the line can be reached");
         let line = planned.plan.segments.iter().find(|s| s.kind == SegmentKind::Draw).expect("there is a stroke");
         let m = line.trajectory.sample(0.5 * line.trajectory.duration(), &mut 0);
-        let wish = Reference { q: m.q, qd: m.qd, qdd: m.qdd, expected_force: 1.05 };
+        let wish = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05) };
         let kinematics = arm.model.kinematics(&m.q);
         let set_point = Point3::from(kinematics.world_from_tip().translation.vector);
         let foot = truth.mesh.closest_point(&set_point);
@@ -181,12 +181,7 @@ fn whole(bencher: Bencher, plant: PlantKind) {
     let options = TwinOptions { plant, ..Default::default() };
     let steps = (b.plan.duration() / options.dt).ceil() as usize + 1;
     bencher.counter(ItemsCount::new(steps)).bench_local(|| {
-        let arm = TwinArm {
-            model: b.arm.model.clone(),
-            controller: b.controller(),
-            start: b.arm.home,
-            drawing_force: b.wish.expected_force,
-        };
+        let arm = TwinArm { model: b.arm.model.clone(), controller: b.controller(), start: b.arm.home };
         simulate(vec![arm], &b.plan, &world, &[Rgb([0, 0, 0])], &options, &mut |_| ()).expect("the simulation runs")
     });
 }

@@ -1,7 +1,7 @@
 //! The physics that every picture rests on: forces, contact, impedance, and rapier against the robot's own model.
 mod support;
 
-use calamus::control::{ImpedanceController, ImpedanceOptions, Reference, design_damping};
+use calamus::control::{ImpedanceController, ImpedanceOptions, Press, Reference, design_damping};
 use calamus::math::Pose;
 use calamus::mesh::{TriMesh, shapes};
 use calamus::plan::SegmentKind;
@@ -97,7 +97,8 @@ fn both_plants_draw_the_same_motion() {
         for i in 0..1000 {
             let state = *plant.state(0);
             let k = arm.kinematics(&state.q);
-            let mut wish = Reference { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), expected_force: 0.0 };
+            let mut wish =
+                Reference { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() };
             wish.q[1] += 0.1 * smooth(f64::from(i) * 1e-3);
             let out = controller.torque(&state, &k, &wish, dt);
             plant.step(&[out.torque], &[TipForce::default()], &[k]).unwrap();
@@ -152,7 +153,7 @@ fn a_step_is_answered_with_the_designed_damping() {
                 let moved = Vector6::new(p.x, p.y, p.z, w.x, w.y, w.z).dot(&dual) / shape.dot(&dual);
                 overshoot = overshoot.max(moved - 1.0);
                 let wish =
-                    Reference { q: goal, qd: JointVector::zeros(), qdd: JointVector::zeros(), expected_force: 0.0 };
+                    Reference { q: goal, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() };
                 let out = controller.torque(&state, &now, &wish, dt);
                 plant.step(&[out.torque], &[TipForce::default()], &[now]).unwrap();
             }

@@ -77,16 +77,16 @@ fn stages(args: &Args, job: &Job, partial: bool, until: Until) -> Result<Ending,
 /// `draw`: the drawing alone, of a scenario or of a drawing file.
 fn draw(args: &Args, job: &Job) -> Result<Ending, CommandError> {
     let extension = job.scenario.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
-    let (file, drawing) = if extension == "svg" || extension == "txt" {
-        (job.scenario.clone(), DrawingSpec::of_file(&job.scenario, &job.sets)?)
+    let (file, drawing, pen) = if ["svg", "txt", "jsonl"].contains(&extension.as_str()) {
+        (job.scenario.clone(), DrawingSpec::of_file(&job.scenario, &job.sets)?, None)
     } else {
         let file = scenario_file(&job.scenario)?;
         let scenario = Scenario::read(&file, &job.sets)?;
-        (file, scenario.drawing)
+        (file, scenario.drawing, Some(scenario.pen))
     };
     let out = OutputDir::check(&out_folder(job, &file))?;
     let progress = listener(args.quiet, args.verbose);
-    let outcome = run::draw(&drawing, &out, progress.as_ref())?;
+    let outcome = run::draw(&drawing, pen.as_ref(), &out, progress.as_ref())?;
     drop(progress);
     tell(args, &outcome)?;
     Ok(Ending::Done)

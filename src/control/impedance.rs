@@ -28,8 +28,26 @@ pub struct Reference {
     pub qd: JointVector,
     /// Joint accelerations, rad/s2.
     pub qdd: JointVector,
+    /// How the set point is pressed into the canvas.
+    pub press: Press,
+}
+
+/// How the set point is pressed into the canvas, which the pen's tip can't follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Press {
     /// Force with which the pen is expected to press, N; 0 in the air.
     pub expected_force: f64,
+    /// How fast the press depth grows, m/s.
+    pub rate: f64,
+    /// How fast that grows, m/s2.
+    pub acceleration: f64,
+}
+
+impl Press {
+    /// A steady press with this force, N.
+    pub fn steady(expected_force: f64) -> Self {
+        Self { expected_force, ..Self::default() }
+    }
 }
 
 /// The law's answer.
@@ -79,6 +97,8 @@ impl ImpedanceController {
     ///
     /// with `e = x_d - x` (rotation part by the logarithm of `R_d R^T`), `K` turned from the pen frame into the world,
     /// `Lambda = (J M^-1 J^T)^-1`, `N = 1 - J^T Lambda J M^-1` and `f_mu` the friction that the moving pen will feel.
+    /// A press depth that changes is no motion of the tip: what it adds to the set point's speed and acceleration is taken
+    /// out again, so that the force is `K` times the depth (equation 6.1) also while it changes.
     /// So the hand answers an outer force `F` as `Lambda edd + D edot + K e = -F` (dissertation section VI.C; Ott 2008,
     /// doi:10.1007/978-3-540-69255-3). Torques are then held within effort and rate limits.
     pub fn torque(&mut self, measured: &MeasuredState, k: &Kinematics, wish: &Reference, dt: f64) -> TorqueCommand {
@@ -89,7 +109,16 @@ impl ImpedanceController {
         let zero = JointVector::zeros();
         let (v, drift) = k.tip_motion(&measured.qd, &zero);
         let kd = self.model.kinematics(&wish.q);
-        let (v_d, a_d) = kd.tip_motion(&wish.qd, &wish.qdd);
+        let (mut v_d, mut a_d) = kd.tip_motion(&wish.qd, &wish.qdd);
+        let r = *kd.world_from_tip().rotation.to_rotation_matrix().matrix();
+        // the set point sinks, the tip stays on the canvas: damping and inertia must not push it in
+        if wish.press.rate != 0.0 || wish.press.acceleration != 0.0 {
+            let axis = r.column(2);
+            for i in 0..3 {
+                v_d[i] -= axis[i] * wish.press.rate;
+                a_d[i] -= axis[i] * wish.press.acceleration;
+            }
+        }
 
         // X = M^-1 J^T, Lambda^-1 = J X
         let solved = Solved::new(&mass, n);
@@ -110,7 +139,6 @@ impl ImpedanceController {
         let (pose, pose_d) = (k.world_from_tip(), kd.world_from_tip());
         let e_p = pose_d.translation.vector - pose.translation.vector;
         let e_r = rotation_vector(&(pose_d.rotation * pose.rotation.inverse()));
-        let r = *pose_d.rotation.to_rotation_matrix().matrix();
         let translational = turned(&r, &o.stiffness);
         let rotational = turned(&r, &o.rotational_stiffness);
         if self.step.is_multiple_of(DAMPING_PERIOD) {
@@ -125,12 +153,12 @@ impl ImpedanceController {
 
         let (f, m) = (translational * e_p, rotational * e_r);
         let mut wrench = Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z) + self.damping * (v_d - v);
-        if o.friction_feedforward && wish.expected_force > 0.0 {
+        if o.friction_feedforward && wish.press.expected_force > 0.0 {
             let axis = r.column(2);
             let v_lin = Vector3::new(v_d[0], v_d[1], v_d[2]);
             let slip = v_lin - axis * axis.dot(&v_lin);
             let along = slip / (slip.norm_squared() + FRICTION_SPEED * FRICTION_SPEED).sqrt();
-            let push = along * (o.believed_friction * wish.expected_force);
+            let push = along * (o.believed_friction * wish.press.expected_force);
             for i in 0..3 {
                 wrench[i] += push[i];
             }

@@ -5,5 +5,5 @@ mod impedance;
 mod options;
 
 pub use damping::design_damping;
-pub use impedance::{ImpedanceController, MeasuredState, Reference, TorqueCommand};
+pub use impedance::{ImpedanceController, MeasuredState, Press, Reference, TorqueCommand};
 pub use options::ImpedanceOptions;

@@ -27,7 +27,7 @@ use crate::math::Rgb;
 /// Name of the one layer of a recording.
 pub const LAYER: &str = "stylus";
 /// Colour of its ink.
-const INK: Rgb = Rgb([26, 26, 30]);
+pub const INK: Rgb = Rgb([26, 26, 30]);
 /// Millimetres per pixel: 96 an inch.
 const MM_PER_PX: f64 = 25.4 / 96.0;
 /// Margin around the samples where no sheet is given, as a share of their larger extent.

@@ -113,20 +113,24 @@ impl SimMetrics {
 }
 
 impl ContactMetrics {
-    /// Force and contact over every physics step of every drawn stroke; `force_target` is stiffness times press depth, N.
-    pub fn of(record: &Record, force_target: f64) -> Self {
+    /// Force and contact over every physics step of every drawn stroke.
+    pub fn of(record: &Record) -> Self {
+        let (mut target, mut error) = (Running::default(), Running::default());
         let (mut force, mut steps, mut contact, mut lost) = (Running::default(), 0u64, 0u64, 0u64);
         for s in record.arms.iter().flat_map(|a| &a.strokes) {
             force.merge(&s.force);
+            target.merge(&s.target);
+            error.merge(&s.force_error);
             steps += s.steps;
             contact += s.contact_steps;
             lost += s.lost_contacts;
         }
         let seen = steps > 0;
         Self {
-            force_target_n: Some(force_target),
+            force_target_n: seen.then_some(target.mean),
             force_mean_n: seen.then_some(force.mean),
-            force_sd_n: seen.then(|| force.sd()),
+            // where the target stays, its difference from the force varies as the force does
+            force_sd_n: seen.then(|| if target.min == target.max { force.sd() } else { error.sd() }),
             force_max_n: Some(record.arms.iter().map(|a| a.max_force).fold(0.0, f64::max)),
             contact_fraction: seen.then(|| contact as f64 / steps as f64),
             lost_contacts: Some(lost),
@@ -152,6 +156,7 @@ impl LineMetrics {
             excess: Some(fit.excess),
             width_mean_mm: (length > 0.0).then(|| area / length * 1e3),
             inked_length_m: Some(length),
+            width_error_p90: None,
         }
     }
 }

@@ -162,13 +162,13 @@ pub struct SimMetrics {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ContactMetrics {
-    /// Normal force that stiffness and press depth ask for, N.
+    /// Mean normal force that stiffness and press depth ask for, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_target_n: Option<f64>,
     /// Mean normal force, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_mean_n: Option<f64>,
-    /// Standard deviation of the normal force, N.
+    /// Standard deviation of the normal force from the one asked for, N.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_sd_n: Option<f64>,
     /// Largest normal force, N.
@@ -207,6 +207,9 @@ pub struct LineMetrics {
     /// Mean width of the inked line, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width_mean_mm: Option<f64>,
+    /// 90 % of the length of lines of wished width is nearer to that width than this, relatively.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width_error_p90: Option<f64>,
     /// Length of the inked lines, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inked_length_m: Option<f64>,
@@ -341,9 +344,13 @@ impl MetricPath {
         metric("sim.real_time_factor", "", "robot's time by computer's time"),
         metric("sim.saturated_fraction", "", "share of drawing steps in which a torque limit cut in"),
         metric("sim.max_joint_step_rad", "rad", "largest turn of a joint in one millisecond, as simulated"),
-        metric("contact.force_target_n", "N", "force that stiffness and press depth ask for"),
+        metric("contact.force_target_n", "N", "force that stiffness and press depth ask for, on average"),
         metric("contact.force_mean_n", "N", "mean force of the pen on the canvas while drawing"),
-        metric("contact.force_sd_n", "N", "how much that force varies (standard deviation)"),
+        metric(
+            "contact.force_sd_n",
+            "N",
+            "how much that force varies, where line widths vary against the force asked for (standard deviation)",
+        ),
         metric("contact.force_max_n", "N", "largest force of the pen on the canvas"),
         metric("contact.contact_fraction", "", "share of the drawing time in which the pen touches"),
         metric("contact.lost_contacts", "", "times the pen came off within a stroke"),
@@ -354,6 +361,11 @@ impl MetricPath {
         metric("line.coverage", "", "share of the wished line that got ink within one line width"),
         metric("line.excess", "", "share of the ink farther than one line width from any wished line"),
         metric("line.width_mean_mm", "mm", "mean width of the drawn line"),
+        metric(
+            "line.width_error_p90",
+            "",
+            "relative error of the width; 90 % of the line of wished width is better than this",
+        ),
         metric("line.inked_length_m", "m", "length of the drawn lines"),
         metric("shape.aspect_deviation", "", "how far drawn grid cells are from square, on average"),
         metric("shape.angle_deviation", "deg", "how far their corners are from right angles, on average"),

@@ -4,9 +4,11 @@ mod figures;
 mod line;
 mod metrics;
 mod segments;
+mod width;
 
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     ContactMetrics, DrawingMetrics, ImageMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics, PlanFailure,
     PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
 };
+pub use width::width_error;

@@ -44,9 +44,14 @@ impl SegmentGrid {
 
     /// Distance (m) of `p` from the nearest segment whose label `wanted` accepts, or `None` when none is within `reach`.
     pub(crate) fn distance(&self, p: &Point3<f64>, reach: f64, wanted: impl Fn(u64) -> bool) -> Option<f64> {
+        self.nearest(p, reach, wanted).map(|near| near.distance)
+    }
+
+    /// The nearest such segment.
+    pub(crate) fn nearest(&self, p: &Point3<f64>, reach: f64, wanted: impl Fn(u64) -> bool) -> Option<Near> {
         let home = self.key(p);
         let rings = (reach / self.cell).ceil() as i64;
-        let mut best = f64::INFINITY;
+        let (mut best, mut nearest) = (f64::INFINITY, 0);
         for ring in 0..=rings {
             // everything in this ring or beyond is at least this far away
             if best <= (ring - 1) as f64 * self.cell {
@@ -58,23 +63,46 @@ impl SegmentGrid {
                     let step = if shell || ring == 0 { 1 } else { 2 * ring };
                     for z in (-ring..=ring).step_by(step as usize) {
                         let Some(ids) = self.cells.get(&[home[0] + x, home[1] + y, home[2] + z]) else { continue };
-                        for s in ids.iter().map(|i| &self.segments[*i as usize]).filter(|s| wanted(s.label)) {
-                            best = best.min(distance(p, &s.a, &s.b));
+                        for id in ids.iter().filter(|i| wanted(self.segments[**i as usize].label)) {
+                            let s = &self.segments[*id as usize];
+                            let distance = distance(p, &s.a, &s.b);
+                            // the first of equals, in whatever order cells are looked at
+                            if distance < best || (distance == best && *id < nearest) {
+                                (best, nearest) = (distance, *id);
+                            }
                         }
                     }
                 }
             }
         }
-        (best <= reach).then_some(best)
+        (best <= reach).then(|| {
+            let s = &self.segments[nearest as usize];
+            Near { distance: best, segment: nearest as usize, share: share(p, &s.a, &s.b) }
+        })
     }
+}
+
+/// The segment that is nearest to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Near {
+    /// How far it is, m.
+    pub distance: f64,
+    /// How many segments were inserted before it.
+    pub segment: usize,
+    /// Where on it, from 0 to 1.
+    pub share: f64,
+}
+
+/// Share of the segment at which it is nearest to a point.
+fn share(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
+    let ab = b - a;
+    let length2 = ab.norm_squared();
+    if length2 > 0.0 { ((p - a).dot(&ab) / length2).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Distance of a point from a segment, m.
 fn distance(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
-    let ab = b - a;
-    let length2 = ab.norm_squared();
-    let t = if length2 > 0.0 { ((p - a).dot(&ab) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (p - (a + ab * t)).norm()
+    (p - (a + (b - a) * share(p, a, b))).norm()
 }
 
 #[cfg(test)]

@@ -175,7 +175,7 @@ fn assert_sound(
             // between two looks the margin itself may be touched, but no more
             assert!(room.excess > -0.002, "{:?} {i}: {room:?}", s.kind);
             if let (SegmentKind::Draw, Some(targets)) = (s.kind, targets) {
-                let (distance, angle) = error(targets, o.press_depth, &position, &axis);
+                let (distance, angle) = error(targets, o.press.default, &position, &axis);
                 assert!(distance < 5e-5, "off by {distance}");
                 assert!(angle < 0.1f64.to_radians(), "tilted by {} deg", angle.to_degrees());
             }

@@ -1,5 +1,6 @@
 //! A drawing on a believed surface and a robot, to timed joint motion.
 
+mod depth;
 mod field;
 mod ik;
 mod motion;
@@ -16,6 +17,7 @@ mod timing;
 mod trajectory;
 mod waypoint;
 
+pub use depth::{DepthProfile, DepthSample, PressDepths};
 pub use ik::{AXIS_TOLERANCE, IkFailure, IkSolution, IkSolver, POSITION_TOLERANCE, PenTarget, Posture, dexterity};
 pub use options::{MotionLimits, PlanOptions};
 pub use planner::{PlanError, PlanStatistics, Planned, plan};

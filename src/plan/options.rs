@@ -1,4 +1,5 @@
 //! What a planner may be asked for: speeds, heights and margins.
+use crate::plan::PressDepths;
 use crate::robot::{ArmModel, JointVector};
 
 /// How a drawing is turned into motion. SI units; the default draws slowly and keeps well clear, as the paper does
@@ -21,8 +22,10 @@ pub struct PlanOptions {
     pub cartesian_acceleration: f64,
     /// Height of the tip above the canvas where a press starts and a lift ends, m.
     pub hover: f64,
-    /// Press depth delta of equation 6.1: the set point lies this far under the believed surface, m.
-    pub press_depth: f64,
+    /// Press depth delta of equation 6.1: how far the set point lies under the believed surface.
+    pub press: PressDepths,
+    /// Most that the press depth may change along a stroke, m per m. What is wished to change faster is spread out.
+    pub press_slope: f64,
     /// Largest distance between two planned poses along a stroke, m.
     pub step: f64,
     /// A change of direction above this is a corner: the pen stops there, rad.
@@ -54,7 +57,8 @@ impl Default for PlanOptions {
             joint_jerk: 40.0,
             cartesian_acceleration: 0.5,
             hover: 0.008,
-            press_depth: 0.003,
+            press: PressDepths::constant(0.003),
+            press_slope: 0.4,
             step: 0.001,
             corner_angle: 20f64.to_radians(),
             path_tolerance: 5e-5,
@@ -82,15 +86,18 @@ impl PlanOptions {
             ("step", self.step),
             ("corner_angle", self.corner_angle),
             ("path_tolerance", self.path_tolerance),
+            ("press_slope", self.press_slope),
         ];
         let not_negative = [
-            ("press_depth", self.press_depth),
             ("limit_margin", self.limit_margin),
             ("canvas_margin", self.canvas_margin),
             ("self_margin", self.self_margin),
             ("singularity_margin", self.singularity_margin),
             ("pen_change", self.pen_change),
         ];
+        if let Some(bad) = self.press.invalid() {
+            return Some(("press_depth", bad, "zero or positive, at widths that rise"));
+        }
         let fraction = self.joint_speed_fraction;
         if !(fraction > 0.0 && fraction <= 1.0) {
             return Some(("joint_speed_fraction", fraction, "above 0 and at most 1"));

@@ -312,6 +312,7 @@ mod tests {
             let cell = cell(&arm, home, &canvas, &options);
             let way = waypoints(
                 &targets(z, 2000, |u| (0.5 + 0.1 * u * (25.0 * u).cos(), 0.1 * u * (25.0 * u).sin())),
+                0,
                 &options,
             );
             let field = PostureField::new(&cell, &all(&way));
@@ -329,7 +330,8 @@ mod tests {
         let canvas = table(0.3);
         let cell = cell(&arm, arms::iiwa_home(), &canvas, &options);
         let turn = std::f64::consts::TAU;
-        let way = waypoints(&targets(0.3, 900, |u| (0.5 + 0.08 * (u * turn).cos(), 0.08 * (u * turn).sin())), &options);
+        let way =
+            waypoints(&targets(0.3, 900, |u| (0.5 + 0.08 * (u * turn).cos(), 0.08 * (u * turn).sin())), 0, &options);
         let field = PostureField::new(&cell, &all(&way));
         let run = &solve(&cell, &field, &way).runs[0];
         let gap = (run.q[run.q.len() - 1] - run.q[0]).amax();
@@ -341,7 +343,7 @@ mod tests {
         let (arm, options) = (arms::iiwa(), PlanOptions::default());
         let canvas = table(0.3);
         let cell = cell(&arm, arms::iiwa_home(), &canvas, &options);
-        let way = waypoints(&targets(0.3, 600, |u| (0.45 + 0.55 * u, 0.0)), &options);
+        let way = waypoints(&targets(0.3, 600, |u| (0.45 + 0.55 * u, 0.0)), 0, &options);
         let field = PostureField::new(&cell, &all(&way));
         let path = solve(&cell, &field, &way);
         assert_eq!((path.runs.len(), path.gaps.len()), (1, 1), "{:?}", path.gaps);
@@ -367,6 +369,7 @@ mod tests {
                 let a = -1.9 + 3.8 * u;
                 (0.5 * a.cos(), 0.5 * a.sin())
             }),
+            0,
             &options,
         );
         let solutions = cell.solutions(&way[0].target, SEEDS).unwrap_or_else(|e| panic!("{e}"));

@@ -10,7 +10,9 @@ use crate::plan::reach::{Obstruction, ReachReport, Unreachable};
 use crate::plan::stroke::{DrawnRun, draw};
 use crate::plan::surroundings::{PenUse, Surroundings};
 use crate::plan::waypoint::{Waypoint, waypoints};
-use crate::plan::{ArmPlan, IkSolver, MotionLimits, PenTarget, PlanOptions, Segment, SegmentKind, Trajectory};
+use crate::plan::{
+    ArmPlan, DepthProfile, IkSolver, MotionLimits, PenTarget, PlanOptions, Segment, SegmentKind, Trajectory,
+};
 use crate::robot::{ArmModel, JointVector};
 use crate::surface::{BelievedCanvas, SurfaceDrawing};
 
@@ -165,7 +167,7 @@ pub fn plan(
 
     let strokes = drawing.sequence();
     let ways: Vec<Vec<Waypoint>> =
-        strokes.par_iter().map(|(l, s)| waypoints(&drawing.layers[*l].strokes[*s].targets, options)).collect();
+        strokes.par_iter().map(|(l, s)| waypoints(&drawing.layers[*l].strokes[*s].targets, *l, options)).collect();
     let targets: Vec<PenTarget> = ways.iter().flatten().map(|w| w.target).collect();
     let field = PostureField::new(&cell, &targets);
     drop(targets);
@@ -347,7 +349,7 @@ fn assemble(
         }
         list.travel(way, job.layer, statistics);
         list.push(SegmentKind::Press, job.layer, Some(job.stroke), job.drawn.press);
-        list.push(SegmentKind::Draw, job.layer, Some(job.stroke), job.drawn.draw);
+        list.press(SegmentKind::Draw, job.layer, Some(job.stroke), job.drawn.draw, job.drawn.depth);
         list.push(SegmentKind::Lift, job.layer, Some(job.stroke), job.drawn.lift);
     }
     reach.unreachable.sort_by_key(|u| (u.layer, u.stroke, u.first));
@@ -367,10 +369,21 @@ struct Segments {
 
 impl Segments {
     fn push(&mut self, kind: SegmentKind, layer: usize, stroke: Option<usize>, trajectory: Trajectory) {
+        self.press(kind, layer, stroke, trajectory, DepthProfile::default());
+    }
+
+    fn press(
+        &mut self,
+        kind: SegmentKind,
+        layer: usize,
+        stroke: Option<usize>,
+        trajectory: Trajectory,
+        depth: DepthProfile,
+    ) {
         self.at = ends(&trajectory).1;
         let start = self.time;
         self.time += trajectory.duration();
-        self.segments.push(Segment { kind, layer, stroke, start, trajectory });
+        self.segments.push(Segment { kind, layer, stroke, start, trajectory, depth });
     }
 
     fn travel(&mut self, (trajectory, kind): (Trajectory, TravelKind), layer: usize, statistics: &mut PlanStatistics) {

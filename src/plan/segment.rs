@@ -1,5 +1,5 @@
 //! The plan as data: what each arm does, segment after segment.
-use crate::plan::Trajectory;
+use crate::plan::{DepthProfile, Trajectory};
 
 /// What an arm does in a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -31,6 +31,8 @@ pub struct Segment {
     pub start: f64,
     /// Joint motion; its own time starts at 0.
     pub trajectory: Trajectory,
+    /// Press depth in the same time, of `Draw`; empty otherwise.
+    pub depth: DepthProfile,
 }
 
 /// The segments of one arm, one after another in time without gaps.

@@ -1,14 +1,15 @@
 //! A run of a stroke as motion: press, draw, lift.
 use nalgebra::Vector3;
 
+use crate::plan::depth::DepthSpline;
 use crate::plan::field::Workcell;
 use crate::plan::path::Run;
 use crate::plan::reach::Obstruction;
 use crate::plan::spline::JointSpline;
 use crate::plan::surroundings::PenUse;
-use crate::plan::timing::{Piece, join};
+use crate::plan::timing::{PathPoint, Piece, join};
 use crate::plan::waypoint::{Waypoint, midway};
-use crate::plan::{Knot, MotionLimits, PenTarget, Posture, Trajectory};
+use crate::plan::{DepthProfile, DepthSample, Knot, MotionLimits, PenTarget, Posture, Trajectory};
 use crate::robot::JointVector;
 
 /// The motion of one run.
@@ -18,6 +19,8 @@ pub struct DrawnRun {
     pub press: Trajectory,
     /// Along the line.
     pub draw: Trajectory,
+    /// Press depth on the way along the line.
+    pub depth: DepthProfile,
     /// Up to the hover height.
     pub lift: Trajectory,
     /// Largest distance of the tip from the wished line half-way between two waypoints, m.
@@ -46,7 +49,7 @@ const AXIS_DEVIATION: f64 = 1e-3;
 /// Times `run`: the pen comes straight down, stops at corners, and goes straight up.
 pub fn draw(cell: &Workcell, way: &[Waypoint], run: &Run, limits: &MotionLimits) -> Result<DrawnRun, Obstruction> {
     let end = run.q.len() - 1;
-    let up_at = |k: usize| upright(cell, &way[run.first + k].target, &run.q[k]);
+    let up_at = |k: usize| upright(cell, &way[run.first + k], &run.q[k]);
     let (first, last) = (up_at(0)?, up_at(end)?);
     let mut poses = first.0.len() + last.0.len();
     let press = vertical(cell, first, true, limits);
@@ -56,21 +59,48 @@ pub fn draw(cell: &Workcell, way: &[Waypoint], run: &Run, limits: &MotionLimits)
     let mut begin = 0;
     for k in 1..=end {
         if k == end || way[run.first + k].corner {
-            let targets: Vec<PenTarget> = way[run.first + begin..=run.first + k].iter().map(|w| w.target).collect();
-            let (piece, strayed) = refine(cell, targets, run.q[begin..=k].to_vec());
+            let places = &way[run.first + begin..=run.first + k];
+            let (targets, depths): (Vec<PenTarget>, Vec<f64>) = places.iter().map(|w| (w.target, w.depth)).unzip();
+            let (piece, depths, strayed) = refine(cell, targets, depths, run.q[begin..=k].to_vec());
             deviation = deviation.max(strayed);
             poses += piece.spline.waypoints().len();
-            pieces.push(piece);
+            pieces.push((piece, depths));
             begin = k;
         }
     }
-    let draw = join(pieces.iter().map(|p| p.time(limits))).unwrap_or_else(|| Trajectory::rest(run.q[0], DOT_TIME));
-    Ok(DrawnRun { press, draw, lift, deviation, poses })
+    let timed: Vec<_> = pieces.iter().map(|(piece, _)| piece.time_along(limits)).collect();
+    let depth = depth_over_time(&pieces, &timed).unwrap_or_else(|| DepthProfile::constant(way[run.first].depth));
+    let draw = join(timed.into_iter().map(|(knots, _)| knots)).unwrap_or_else(|| Trajectory::rest(run.q[0], DOT_TIME));
+    Ok(DrawnRun { press, draw, depth, lift, deviation, poses })
+}
+
+/// Press depth at the knots of all pieces, one after another; `None` where it is the same everywhere.
+fn depth_over_time(pieces: &[(Piece, Vec<f64>)], timed: &[(Vec<Knot>, Vec<PathPoint>)]) -> Option<DepthProfile> {
+    let first = pieces.first()?.1[0];
+    if pieces.iter().flat_map(|(_, depths)| depths).all(|d| *d == first) {
+        return None;
+    }
+    let (mut knots, mut offset): (Vec<(f64, DepthSample)>, f64) = (Vec::new(), 0.0);
+    for ((piece, depths), (times, path)) in pieces.iter().zip(timed) {
+        let spline = DepthSpline::new(piece.spline.parameters().to_vec(), depths);
+        let mut cursor = 0;
+        // a piece begins where the one before it ended
+        for (knot, p) in times.iter().zip(path).skip(usize::from(!knots.is_empty())) {
+            knots.push((offset + knot.time, spline.at(p.s, p.speed, p.acceleration, &mut cursor)));
+        }
+        offset = knots.last().map_or(0.0, |k| k.0);
+    }
+    Some(DepthProfile::new(knots))
 }
 
 /// A smooth piece through the configurations of `targets`, with more of them where the tip would stray from the line
-/// between two targets; and how far it strays half-way.
-fn refine(cell: &Workcell, mut targets: Vec<PenTarget>, mut q: Vec<JointVector>) -> (Piece, f64) {
+/// between two targets; the press depths there; and how far it strays half-way.
+fn refine(
+    cell: &Workcell,
+    mut targets: Vec<PenTarget>,
+    mut depths: Vec<f64>,
+    mut q: Vec<JointVector>,
+) -> (Piece, Vec<f64>, f64) {
     let options = cell.options;
     let arm = cell.solver.arm();
     let mut pass = 0;
@@ -79,14 +109,16 @@ fn refine(cell: &Workcell, mut targets: Vec<PenTarget>, mut q: Vec<JointVector>)
         let piece = Piece::new(q.clone(), &positions, options.pen_speed);
         let (worst, stray) = strays(arm, &piece.spline, &targets, options.path_tolerance);
         if stray.is_empty() || pass == REFINEMENTS {
-            return (piece, worst);
+            return (piece, depths, worst);
         }
         pass += 1;
         let (mut more, mut more_q) = (Vec::with_capacity(targets.len()), Vec::with_capacity(q.len()));
+        let mut more_depths = Vec::with_capacity(depths.len());
         let mut stray = stray.into_iter().peekable();
         for i in 0..targets.len() {
             more.push(targets[i]);
             more_q.push(q[i]);
+            more_depths.push(depths[i]);
             if stray.next_if(|k| *k == i).is_some() {
                 let target = midway(&targets[i], &targets[i + 1]);
                 let guess = (q[i] + q[i + 1]) * 0.5;
@@ -94,13 +126,14 @@ fn refine(cell: &Workcell, mut targets: Vec<PenTarget>, mut q: Vec<JointVector>)
                 if let Ok(s) = cell.solver.follow(&target, &guess, &still) {
                     more.push(target);
                     more_q.push(s.q);
+                    more_depths.push(0.5 * (depths[i] + depths[i + 1]));
                 }
             }
         }
         if more.len() == targets.len() {
-            return (piece, worst);
+            return (piece, depths, worst);
         }
-        (targets, q) = (more, more_q);
+        (targets, depths, q) = (more, more_depths, more_q);
     }
 }
 
@@ -133,13 +166,13 @@ fn strays(
 /// too much for the arm.
 type Upright = (Vec<JointVector>, Vec<f64>);
 
-fn upright(cell: &Workcell, target: &PenTarget, q: &JointVector) -> Result<Upright, Obstruction> {
+fn upright(cell: &Workcell, at: &Waypoint, q: &JointVector) -> Result<Upright, Obstruction> {
     let hover = cell.options.hover;
-    rise(cell, target, q, hover).or_else(|reason| rise(cell, target, q, 0.5 * hover).map_err(|_| reason))
+    rise(cell, at, q, hover).or_else(|reason| rise(cell, at, q, 0.5 * hover).map_err(|_| reason))
 }
 
-fn rise(cell: &Workcell, target: &PenTarget, start: &JointVector, hover: f64) -> Result<Upright, Obstruction> {
-    let depth = cell.options.press_depth;
+fn rise(cell: &Workcell, place: &Waypoint, start: &JointVector, hover: f64) -> Result<Upright, Obstruction> {
+    let (target, depth) = (&place.target, place.depth);
     let arm = cell.solver.arm();
     let steps = ((hover + depth) / VERTICAL_STEP).ceil().max(2.0) as usize;
     let (mut q, mut heights) = (vec![*start], vec![-depth]);

@@ -115,7 +115,7 @@ impl<'a> Surroundings<'a> {
             pairs: LinkPairs::new(arm),
             canvas_margin: options.canvas_margin,
             self_margin: options.self_margin,
-            press_depth: options.press_depth,
+            press_depth: options.press.largest(),
             pen,
             nib: Capsule { a: root, b: tip, radius: 0.0 },
             reach,

@@ -6,6 +6,17 @@ use crate::plan::trajectory::MotionPeaks;
 use crate::plan::{Knot, MotionLimits, Trajectory};
 use crate::robot::JointVector;
 
+/// How a path is passed at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathPoint {
+    /// Where on it, m.
+    pub s: f64,
+    /// How fast, m/s.
+    pub speed: f64,
+    /// How fast that grows, m/s2.
+    pub acceleration: f64,
+}
+
 /// A smooth piece of a path, from rest to rest.
 #[derive(Clone, Debug)]
 pub struct Piece {
@@ -51,6 +62,11 @@ impl Piece {
     /// time then rounds its corners, which bounds the jerk and keeps the length. The bounds are first widened by the
     /// distance the average reaches. What still exceeds a limit by more than 1 % is cured by slowing the whole piece.
     pub fn time(&self, limits: &MotionLimits) -> Vec<Knot> {
+        self.time_along(limits).0
+    }
+
+    /// [`time`](Self::time), and how the path is passed at each knot.
+    pub fn time_along(&self, limits: &MotionLimits) -> (Vec<Knot>, Vec<PathPoint>) {
         let grid = Grid::new(self, limits);
         let mut profile = grid.profile(&grid.bound, limits);
         let mut window = grid.averaging_time(&profile, limits);
@@ -58,16 +74,16 @@ impl Piece {
             profile = grid.profile(&grid.widened(window), limits);
             window = window.max(grid.averaging_time(&profile, limits));
         }
-        let mut knots = self.average(&grid, &profile, window);
+        let (mut knots, mut path) = self.average(&grid, &profile, window);
         let excess = excess(&MotionPeaks::of(&knots), limits);
         if excess > 1.0 {
-            slow_down(&mut knots, excess);
+            slow_down(&mut knots, &mut path, excess);
         }
-        knots
+        (knots, path)
     }
 
     /// Knots of the motion whose path speed is the moving average over `window` (s) of the profile.
-    fn average(&self, grid: &Grid, profile: &[f64], window: f64) -> Vec<Knot> {
+    fn average(&self, grid: &Grid, profile: &[f64], window: f64) -> (Vec<Knot>, Vec<PathPoint>) {
         let walk = Walk::new(&grid.s, profile);
         let duration = walk.duration() + window;
         let count = (duration / KNOT_INTERVAL).ceil().max(1.0) as usize;
@@ -77,18 +93,22 @@ impl Piece {
                 let time = duration * i as f64 / count as f64;
                 let (now, before) = (walk.at(time, &mut late), walk.at(time - window, &mut early));
                 let (speed, acceleration) = ((now.s - before.s) / window, (now.v - before.v) / window);
-                let p = self.spline.at((now.integral - before.integral) / window, &mut cursor);
+                let s = (now.integral - before.integral) / window;
+                let p = self.spline.at(s, &mut cursor);
                 if i == 0 || i == count {
                     let q = if i == 0 {
                         self.spline.waypoints()[0]
                     } else {
                         self.spline.waypoints()[self.spline.waypoints().len() - 1]
                     };
-                    return Knot { time, q, qd: JointVector::zeros(), qdd: JointVector::zeros() };
+                    let s = if i == 0 { 0.0 } else { self.spline.end() };
+                    let rest = PathPoint { s, speed: 0.0, acceleration: 0.0 };
+                    return (Knot { time, q, qd: JointVector::zeros(), qdd: JointVector::zeros() }, rest);
                 }
-                Knot { time, q: p.q, qd: p.d1 * speed, qdd: p.d2 * (speed * speed) + p.d1 * acceleration }
+                let knot = Knot { time, q: p.q, qd: p.d1 * speed, qdd: p.d2 * (speed * speed) + p.d1 * acceleration };
+                (knot, PathPoint { s, speed, acceleration })
             })
-            .collect()
+            .unzip()
     }
 }
 
@@ -105,7 +125,11 @@ fn excess(peaks: &MotionPeaks, limits: &MotionLimits) -> f64 {
 }
 
 /// The same motion, `factor` times slower.
-fn slow_down(knots: &mut [Knot], factor: f64) {
+fn slow_down(knots: &mut [Knot], path: &mut [PathPoint], factor: f64) {
+    for p in path {
+        p.speed /= factor;
+        p.acceleration /= factor * factor;
+    }
     for k in knots {
         k.time *= factor;
         k.qd /= factor;

@@ -103,7 +103,7 @@ pub fn plan_npy(arm: &ArmPlan, joints: usize) -> (String, Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Segment, Trajectory};
+    use crate::plan::{DepthProfile, Segment, Trajectory};
     use crate::robot::JointVector;
 
     fn plan() -> Plan {
@@ -113,6 +113,7 @@ mod tests {
             stroke,
             start,
             trajectory: Trajectory::rest(JointVector::repeat(q), 1.5),
+            depth: DepthProfile::constant(3e-3),
         };
         let segments = vec![rest(SegmentKind::Travel, None, 0.0, 0.25), rest(SegmentKind::Draw, Some(3), 1.5, 0.5)];
         Plan { arms: vec![ArmPlan { arm: 0, segments }] }

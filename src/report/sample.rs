@@ -37,6 +37,8 @@ pub(super) fn record() -> Record {
             contact_steps: steps,
             lost_contacts: 0,
             force: Running::default(),
+            target: Running::default(),
+            force_error: Running::default(),
             saturated_steps: 0,
             lateral_error,
         }

@@ -5,7 +5,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 use crate::drawing::pattern::{Figure, Pattern};
 use crate::drawing::tidy::{TidyOptions, tidy};
-use crate::drawing::{self, Drawing, InkLayer, Size, StylusOptions, SvgOptions};
+use crate::drawing::{self, Drawing, InkLayer, Size, StylusOptions, SvgOptions, stylus};
 use crate::ink::PenModel;
 use crate::math::{Pose, Rgb};
 use crate::mesh::{TriMesh, shapes};
@@ -17,6 +17,8 @@ use crate::twin::LayerPen;
 
 /// Curves become polylines this near to them, m: well below what can be seen of the corners.
 const FLATTENING: f64 = 1e-5;
+/// The pen of a recording that is drawn without a scenario.
+const DEFAULT_PEN: &str = "fineliner_08";
 /// Ink of generated patterns.
 const BLACK: Rgb = Rgb([26, 26, 30]);
 
@@ -67,17 +69,39 @@ impl Cast {
 
 /// The pen of a layer: by its name, else by its colour, else the scenario's one.
 fn layer_pen(layer: &InkLayer, spec: &PenSpec) -> Result<LayerPen, RunError> {
-    let [r, g, b] = layer.color.0;
-    let file: &Path = spec
-        .inks
-        .get(&layer.name)
-        .or_else(|| spec.inks.get(&format!("#{r:02x}{g:02x}{b:02x}")))
-        .map_or(&spec.kind, |file| file);
-    Ok(LayerPen { pen: PenModel::read(file)?, ink: layer.name.clone() })
+    Ok(LayerPen { pen: PenModel::read(pen_file(&layer.name, layer.color, spec))?, ink: layer.name.clone() })
 }
 
-/// Reads, or makes, and tidies a drawing.
-pub(super) fn draw(spec: &DrawingSpec, progress: &dyn Progress) -> Result<Drawing, RunError> {
+fn pen_file<'a>(name: &str, Rgb([r, g, b]): Rgb, spec: &'a PenSpec) -> &'a Path {
+    let by_color = || spec.inks.get(&format!("#{r:02x}{g:02x}{b:02x}"));
+    spec.inks.get(name).or_else(by_color).map_or(&spec.kind, |file| file)
+}
+
+/// How a recording of a stylus is read: its lines are as wide as asked for, else as the pen can draw them.
+fn stylus_options(
+    spec: &DrawingSpec,
+    pen: Option<&PenSpec>,
+    progress: &dyn Progress,
+) -> Result<StylusOptions, RunError> {
+    let pen = match pen {
+        Some(pen) => Some(PenModel::read(pen_file(stylus::LAYER, stylus::INK, pen))?),
+        None => PenModel::named(DEFAULT_PEN),
+    };
+    let range = pen.as_ref().map(PenModel::width_range);
+    let mut options = StylusOptions { gamma: spec.stylus_gamma, ..Default::default() };
+    options.width = spec.stylus_width_mm.map(|w| w.map(|mm| mm * 1e-3)).or(range).unwrap_or(options.width);
+    if let (Some(pen), Some([narrow, wide])) = (&pen, range)
+        && (options.width[0] < 0.98 * narrow || options.width[1] > 1.02 * wide)
+    {
+        let [a, b, c, d] = [options.width[0], options.width[1], narrow, wide].map(|w| w * 1e3);
+        let name = &pen.name;
+        progress.note(&format!("lines from {a:.2} to {b:.2} mm are wished, but a {name} draws {c:.2} to {d:.2} mm"));
+    }
+    Ok(options)
+}
+
+/// Reads, or makes, and tidies a drawing, which `pen` is for.
+pub(super) fn draw(spec: &DrawingSpec, pen: Option<&PenSpec>, progress: &dyn Progress) -> Result<Drawing, RunError> {
     let mm = |x: Option<f64>| x.map(|x| x * 1e-3);
     let (width, height) = (mm(spec.width_mm), mm(spec.height_mm));
     let mut drawing = match &spec.artwork {
@@ -97,7 +121,9 @@ pub(super) fn draw(spec: &DrawingSpec, progress: &dyn Progress) -> Result<Drawin
                 },
             };
             let svg = SvgOptions { size, fill, tolerance: FLATTENING, ..Default::default() };
-            let loaded = drawing::load(file, &svg, &StylusOptions::default())?;
+            let recorded = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("jsonl"));
+            let stylus = if recorded { stylus_options(spec, pen, progress)? } else { StylusOptions::default() };
+            let loaded = drawing::load(file, &svg, &stylus)?;
             for warning in &loaded.warnings {
                 progress.note(&format!("{}: {warning}", file.display()));
             }

@@ -13,10 +13,11 @@ use crate::control::ImpedanceController;
 use crate::drawing::{Drawing, svg_write};
 use crate::measure::{
     ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
+    width_error,
 };
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
-use crate::scenario::{DrawingSpec, Scenario};
+use crate::scenario::{DrawingSpec, PenSpec, Scenario};
 use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
 use crate::twin::{Record, Surroundings, TwinArm, simulate};
 
@@ -84,7 +85,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 
     progress.stage("drawing", None);
     let started = Instant::now();
-    let drawing = cast::draw(&scenario.drawing, progress)?;
+    let drawing = cast::draw(&scenario.drawing, Some(&scenario.pen), progress)?;
     metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
     if until == Until::Drawing {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
@@ -127,12 +128,15 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let options = options::twin_options(scenario);
     metrics.digest = Some(record.digest.clone());
     metrics.sim = Some(SimMetrics::of(&record, options.plant));
-    metrics.contact = Some(ContactMetrics::of(&record, options::drawing_force(scenario)));
+    metrics.contact = Some(ContactMetrics::of(&record));
     progress.stage("measuring", None);
     // the wished line lies where the drawing falls on the true canvas
     let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
-    metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics::of(&fit, &record.ink));
+    metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
+        width_error_p90: width_error(&wished, &record.ink, 0.9),
+        ..LineMetrics::of(&fit, &record.ink)
+    });
 
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
@@ -158,10 +162,17 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 }
 
 /// Reads and tidies a drawing, and writes the lines as wished to `drawing.svg`.
-pub fn draw(spec: &DrawingSpec, out: &OutputDir, progress: &dyn Progress) -> Result<Outcome, RunError> {
+///
+/// Where lines follow the pressure of a stylus they are as wide as `pen` can draw them; `None` is the default pen.
+pub fn draw(
+    spec: &DrawingSpec,
+    pen: Option<&PenSpec>,
+    out: &OutputDir,
+    progress: &dyn Progress,
+) -> Result<Outcome, RunError> {
     progress.stage("drawing", None);
     let started = Instant::now();
-    let drawing = cast::draw(spec, progress)?;
+    let drawing = cast::draw(spec, pen, progress)?;
     let mut metrics = Metrics::new("drawing", 0);
     metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
     let mut written = Written::default();
@@ -191,7 +202,7 @@ fn make_plan(
     progress.stage("planning", Some(PARTS as u64));
     let arm = &cast.cell.arms[0];
     let obstacles = cast.obstacles()?;
-    let options = options::plan_options(scenario);
+    let options = options::plan_options(scenario, &cast.pens);
     let mut hear = |share: f64| progress.advance((share * PARTS) as u64);
     Ok(plan::plan(0, &arm.model, &arm.home, &arm.service, mapped, &cast.belief, &obstacles, &options, &mut hear)?)
 }
@@ -202,7 +213,6 @@ fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Pro
         model: arm.model.clone(),
         controller: ImpedanceController::new(arm.model.clone(), options::control_options(scenario)),
         start: arm.home,
-        drawing_force: options::drawing_force(scenario),
     });
     let mapping = Projection::new(&cast.truth);
     let world =

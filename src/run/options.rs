@@ -1,11 +1,32 @@
 //! A scenario's settings in the terms of the stages: SI units.
 use crate::control::ImpedanceOptions;
-use crate::plan::PlanOptions;
+use crate::ink::PenModel;
+use crate::plan::{PlanOptions, PressDepths};
 use crate::scenario::Scenario;
-use crate::twin::TwinOptions;
+use crate::twin::{LayerPen, TwinOptions};
+
+/// Widths for which a pen's press depth is worked out; between them it is interpolated.
+const WIDTHS: usize = 16;
+
+/// How deep each layer's pen is pressed: as the scenario says, and for a wished width as the pen's force for it asks,
+/// `delta = f / k` (eq. 6.1).
+fn press_depths(s: &Scenario, pens: &[LayerPen]) -> PressDepths {
+    let table = |pen: &PenModel| -> Vec<(f64, f64)> {
+        let [low, high] = pen.force_range();
+        let speed = s.control.speed_mm_s * 1e-3;
+        let [narrow, wide] = [low, high].map(|force| pen.line_width(force, speed));
+        let widths = (0..WIDTHS).map(|i| narrow + (wide - narrow) * i as f64 / (WIDTHS - 1) as f64);
+        let mut depths: Vec<_> =
+            widths.map(|w| (w, pen.force_for_width(w, speed) / s.control.stiffness_n_m[2])).collect();
+        // a pen whose line hardly changes has fewer widths than that
+        depths.dedup_by(|b, a| b.0 <= a.0);
+        depths
+    };
+    PressDepths { default: s.pen.press_depth_mm * 1e-3, layers: pens.iter().map(|p| table(&p.pen)).collect() }
+}
 
 /// Settings of the planner.
-pub(super) fn plan_options(s: &Scenario) -> PlanOptions {
+pub(super) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
     PlanOptions {
         pen_speed: s.control.speed_mm_s * 1e-3,
         landing_speed: s.control.landing_speed_mm_s * 1e-3,
@@ -15,7 +36,7 @@ pub(super) fn plan_options(s: &Scenario) -> PlanOptions {
         joint_jerk: s.plan.joint_jerk_rad_s3,
         cartesian_acceleration: s.plan.acceleration_mm_s2 * 1e-3,
         hover: s.plan.hover_mm * 1e-3,
-        press_depth: s.pen.press_depth_mm * 1e-3,
+        press: press_depths(s, pens),
         step: s.plan.step_mm * 1e-3,
         pen_change: s.pen.change_s,
         partial: s.plan.partial,
@@ -48,9 +69,4 @@ pub(super) fn twin_options(s: &Scenario) -> TwinOptions {
         seed: s.seed,
         ..Default::default()
     }
-}
-
-/// Normal force that stiffness along the pen and press depth ask for, N (eq. 6.1: `f = k delta`).
-pub(super) fn drawing_force(s: &Scenario) -> f64 {
-    s.control.stiffness_n_m[2] * s.pen.press_depth_mm * 1e-3
 }

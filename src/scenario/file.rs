@@ -70,7 +70,8 @@ impl ScenarioFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DrawingFile {
-    /// An `.svg`, or one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ...; relative to the scenario's folder.
+    /// An `.svg`, the recording of a stylus `.jsonl`, or one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ...;
+    /// relative to the scenario's folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     /// Height of the drawing, mm. With both height and width the drawing is fitted into them; with neither it keeps
@@ -88,6 +89,11 @@ pub struct DrawingFile {
     pub hatch_spacing_mm: f64,
     /// Direction of hatch lines, degrees from the x axis, when `fill = "hatch"`.
     pub hatch_angle_deg: f64,
+    /// Width of a stylus's line at no and at full pressure, mm; what the pen can draw when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stylus_width_mm: Option<[f64; 2]>,
+    /// Exponent of the pressure in that: above 1, light strokes are finer.
+    pub stylus_gamma: f64,
     /// Merge strokes that meet, and order them for short ways with the pen up.
     pub tidy: bool,
     /// Ends of strokes nearer than this are joined, mm.
@@ -109,6 +115,8 @@ impl Default for DrawingFile {
             fill: Fill::Outline,
             hatch_spacing_mm: 1.0,
             hatch_angle_deg: 45.0,
+            stylus_width_mm: None,
+            stylus_gamma: 1.0,
             tidy: true,
             merge_mm: 0.05,
             simplify_mm: 0.005,

@@ -64,7 +64,7 @@ pub enum Pattern {
 /// Where the drawing comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Artwork {
-    /// An `.svg` or `_k.txt` file; the path is absolute.
+    /// An `.svg`, `.jsonl` or `_k.txt` file; the path is absolute.
     File(PathBuf),
     /// A pattern.
     Pattern(Pattern),
@@ -87,6 +87,10 @@ pub struct DrawingSpec {
     pub hatch_spacing_mm: f64,
     /// Direction of hatch lines, degrees from the x axis.
     pub hatch_angle_deg: f64,
+    /// Width of a stylus's line at no and at full pressure, mm; `None`: what the pen can draw.
+    pub stylus_width_mm: Option<[f64; 2]>,
+    /// Exponent of the pressure in that.
+    pub stylus_gamma: f64,
     /// Merge and order strokes.
     pub tidy: bool,
     /// Joining distance, mm.
@@ -243,9 +247,10 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
 fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) -> Result<DrawingSpec, ScenarioError> {
     let artwork = match (typed.source, typed.pattern) {
         (Some(source), None) => {
-            let known = source.to_ascii_lowercase().ends_with(".svg") || source.ends_with(".txt");
-            if !known {
-                return Err(check.wrong("drawing.source", format!("must be an .svg or a _k.txt file, not {source}")));
+            let name = source.to_ascii_lowercase();
+            if ![".svg", ".jsonl", ".txt"].iter().any(|e| name.ends_with(e)) {
+                let message = format!("must be an .svg, a .jsonl or a _k.txt file, not {source}");
+                return Err(check.wrong("drawing.source", message));
             }
             Artwork::File(existing(&folder.join(source)).map_err(|e| check.sentence("drawing.source", e))?)
         }
@@ -266,6 +271,11 @@ fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) -> Result<D
     check.within("drawing.rotate_deg", typed.rotate_deg, -360.0, 360.0)?;
     check.above_zero("drawing.hatch_spacing_mm", typed.hatch_spacing_mm, 1000.0)?;
     check.within("drawing.hatch_angle_deg", typed.hatch_angle_deg, -360.0, 360.0)?;
+    if let Some([min, max]) = typed.stylus_width_mm {
+        check.above_zero("drawing.stylus_width_mm", min, 100.0)?;
+        check.within("drawing.stylus_width_mm", max, min, 100.0)?;
+    }
+    check.above_zero("drawing.stylus_gamma", typed.stylus_gamma, 10.0)?;
     check.within("drawing.merge_mm", typed.merge_mm, 0.0, 10.0)?;
     check.within("drawing.simplify_mm", typed.simplify_mm, 0.0, 10.0)?;
     Ok(DrawingSpec {
@@ -276,6 +286,8 @@ fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) -> Result<D
         fill: typed.fill,
         hatch_spacing_mm: typed.hatch_spacing_mm,
         hatch_angle_deg: typed.hatch_angle_deg,
+        stylus_width_mm: typed.stylus_width_mm,
+        stylus_gamma: typed.stylus_gamma,
         tidy: typed.tidy,
         merge_mm: typed.merge_mm,
         simplify_mm: typed.simplify_mm,
@@ -424,6 +436,8 @@ impl From<Scenario> for ScenarioFile {
                 fill: s.drawing.fill,
                 hatch_spacing_mm: s.drawing.hatch_spacing_mm,
                 hatch_angle_deg: s.drawing.hatch_angle_deg,
+                stylus_width_mm: s.drawing.stylus_width_mm,
+                stylus_gamma: s.drawing.stylus_gamma,
                 tidy: s.drawing.tidy,
                 merge_mm: s.drawing.merge_mm,
                 simplify_mm: s.drawing.simplify_mm,

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 
-use crate::control::{ImpedanceController, MeasuredState, Reference};
+use crate::control::{ImpedanceController, MeasuredState, Press, Reference};
 use crate::ink::{InkRecorder, NibContact, PenModel, StrokeId};
 use crate::math::stats::Running;
 use crate::plan::{ArmPlan, Segment, SegmentKind};
@@ -31,8 +31,6 @@ pub struct TwinArm {
     pub controller: ImpedanceController,
     /// Joint positions at the start, at rest.
     pub start: JointVector,
-    /// Normal force that the controller expects while it draws, N.
-    pub drawing_force: f64,
 }
 
 /// What surrounds the arms in truth.
@@ -55,6 +53,7 @@ pub(crate) struct ArmRun<'a> {
     segment: usize,
     entered: bool,
     cursor: usize,
+    depth_cursor: usize,
     nib: Nib,
     recorder: InkRecorder,
     /// Pens that are put down, with the ink left in them, by layer.
@@ -107,6 +106,7 @@ impl<'a> ArmRun<'a> {
             segment: 0,
             entered: false,
             cursor: 0,
+            depth_cursor: 0,
             nib: Nib::default(),
             shelf: BTreeMap::new(),
             layer,
@@ -135,7 +135,7 @@ impl<'a> ArmRun<'a> {
         while let Some(segment) = self.current() {
             if !self.entered {
                 self.entered = true;
-                self.cursor = 0;
+                (self.cursor, self.depth_cursor) = (0, 0);
                 self.enter(segment, time, world, events);
             }
             if time < segment.end() || self.segment + 1 == self.plan.segments.len() {
@@ -168,6 +168,8 @@ impl<'a> ArmRun<'a> {
                 contact_steps: 0,
                 lost_contacts: 0,
                 force: Running::default(),
+                target: Running::default(),
+                force_error: Running::default(),
                 saturated_steps: 0,
                 lateral_error: Running::default(),
             });
@@ -190,13 +192,12 @@ impl<'a> ArmRun<'a> {
         let (kind, wish) = match self.current() {
             Some(segment) => {
                 let m = segment.trajectory.sample(time - segment.start, &mut self.cursor);
-                let pressing = segment.kind == SegmentKind::Draw;
-                let expected_force = if pressing { self.arm.drawing_force } else { 0.0 };
-                (segment.kind, Reference { q: m.q, qd: m.qd, qdd: m.qdd, expected_force })
+                let press = self.press(segment, time - segment.start);
+                (segment.kind, Reference { q: m.q, qd: m.qd, qdd: m.qdd, press })
             }
             None => {
                 let (q, zero) = (self.arm.start, JointVector::zeros());
-                (SegmentKind::Travel, Reference { q, qd: zero, qdd: zero, expected_force: 0.0 })
+                (SegmentKind::Travel, Reference { q, qd: zero, qdd: zero, press: Press::default() })
             }
         };
         let tip = Point3::from(k.world_from_tip().translation.vector);
@@ -207,7 +208,7 @@ impl<'a> ArmRun<'a> {
         let torque = self.delayed(command.torque);
         let force = contact.map_or_else(TipForce::default, |c| TipForce { point: tip, force: c.force });
 
-        self.watch(kind, state, contact.as_ref(), command.saturated, k);
+        self.watch(kind, state, contact.as_ref(), &wish.press, command.saturated, k);
         if sample {
             let n = self.arm.model.dof();
             self.record.samples.push(ArmSample {
@@ -222,6 +223,16 @@ impl<'a> ArmRun<'a> {
             });
         }
         ArmStep { torque, force }
+    }
+
+    /// The press that the plan asks for, `f = k delta` (eq. 6.1) with the stiffness along the pen.
+    fn press(&mut self, segment: &Segment, time: f64) -> Press {
+        if segment.kind != SegmentKind::Draw {
+            return Press::default();
+        }
+        let d = segment.depth.at(time, &mut self.depth_cursor);
+        let stiffness = self.arm.controller.options().stiffness[2];
+        Press { expected_force: stiffness * d.depth, rate: d.rate, acceleration: d.acceleration }
     }
 
     fn touch(&mut self, world: &Surroundings, tip: &Point3<f64>, velocity: &Vector3<f64>, dt: f64) -> Option<Contact> {
@@ -250,6 +261,7 @@ impl<'a> ArmRun<'a> {
         kind: SegmentKind,
         state: &MeasuredState,
         contact: Option<&Contact>,
+        press: &Press,
         saturated: bool,
         k: &Kinematics,
     ) {
@@ -267,6 +279,8 @@ impl<'a> ArmRun<'a> {
         if let Some(s) = &mut self.stroke {
             s.steps += 1;
             s.force.push(normal_force);
+            s.target.push(press.expected_force);
+            s.force_error.push(normal_force - press.expected_force);
             s.saturated_steps += u64::from(saturated);
             if contact.is_some() {
                 s.contact_steps += 1;

@@ -44,6 +44,10 @@ pub struct StrokeRecord {
     pub lost_contacts: u64,
     /// Normal force, N, over all steps of the segment.
     pub force: Running,
+    /// Normal force that press depth and stiffness ask for, N, over the same steps.
+    pub target: Running,
+    /// Normal force less the one asked for, N.
+    pub force_error: Running,
     /// Steps in which a torque or torque-rate limit cut the commanded torque.
     pub saturated_steps: u64,
     /// Distance of the tip from the set point across the pen axis, m.

@@ -4,7 +4,7 @@ use calamus::control::{ImpedanceController, ImpedanceOptions};
 use calamus::ink::PenModel;
 use calamus::math::{Pose, Rgb, frame_from_axes, rotation_vector};
 use calamus::mesh::TriMesh;
-use calamus::plan::{ArmPlan, Knot, Plan, Segment, SegmentKind, Trajectory};
+use calamus::plan::{ArmPlan, DepthProfile, Knot, Plan, Segment, SegmentKind, Trajectory};
 use calamus::robot::{ArmModel, JointVector, UrdfOptions, urdf};
 use calamus::surface::{Canvas, Mapping, SheetFrame, TrueCanvas};
 use calamus::twin::{LayerPen, Record, Surroundings, TwinArm, TwinOptions, simulate};
@@ -57,7 +57,7 @@ pub fn follow(
         })
         .collect();
     let stroke = (kind != SegmentKind::Travel).then_some(0);
-    Segment { kind, layer: 0, stroke, start, trajectory: Trajectory::new(knots) }
+    Segment { kind, layer: 0, stroke, start, trajectory: Trajectory::new(knots), depth: DepthProfile::constant(0.003) }
 }
 
 /// Sheet coordinates that are world x and y.
@@ -91,12 +91,7 @@ pub fn run(
     options: &TwinOptions,
 ) -> Record {
     let pen = PenModel::named("fineliner_08").expect("a known pen");
-    let arm = TwinArm {
-        model: truth.clone(),
-        drawing_force: control.stiffness[2] * 0.003,
-        controller: ImpedanceController::new(belief.clone(), control),
-        start,
-    };
+    let arm = TwinArm { model: truth.clone(), controller: ImpedanceController::new(belief.clone(), control), start };
     let plan = Plan { arms: vec![ArmPlan { arm: 0, segments }] };
     let pens = [LayerPen { pen, ink: "black".into() }];
     let world = Surroundings { canvas, friction: 0.3, mapping: &FromAbove, pens: &pens };
