@@ -117,7 +117,7 @@ fn normal(scene: &impl Scene, p: V3, step: f64) -> V3 {
 fn shadow(scene: &impl Scene, p: V3, to_light: V3, near: f64, far: f64, hardness: f64) -> f64 {
     let (mut t, mut seen) = (near, 1.0f64);
     let mut past = [(0.0, f64::INFINITY); 2];
-    for _ in 0..90 {
+    for _ in 0..150 {
         let d = scene.distance(p + to_light * t);
         let angle = hardness * d / t;
         let [(t0, a0), (t1, a1)] = past;
@@ -130,7 +130,7 @@ fn shadow(scene: &impl Scene, p: V3, to_light: V3, near: f64, far: f64, hardness
         }
         seen = seen.min(least);
         past = [past[1], (t, angle)];
-        t += (0.6 * d).clamp(near * 0.6 + t * 0.015, far * 0.05);
+        t += (0.7 * d).clamp(near * 0.6 + t * 0.04, far * 0.05);
         if seen < -1.0 || t > far {
             break;
         }
@@ -148,7 +148,7 @@ fn openness(scene: &impl Scene, p: V3, n: V3, reach: f64) -> f64 {
         hidden += (h - scene.distance(p + n * h)).max(0.0) / h * weight;
         weight *= 0.72;
     }
-    (1.0 - hidden * 0.75).clamp(0.0, 1.0)
+    (1.0 - hidden * 0.75).clamp(0.12, 1.0)
 }
 
 fn trace(scene: &impl Scene, camera: &Camera, ray: &Ray) -> Hit {

@@ -69,8 +69,8 @@ impl Orchard {
 
     fn jug(p: V3) -> (f64, Part) {
         let q = p - v(-0.75, 0.0, -0.55);
-        if ball(q, v(0.2, 1.3, 0.0), 2.1) > 0.5 {
-            return (ball(q, v(0.2, 1.3, 0.0), 2.1), Part::Jug);
+        if ball(q, v(0.2, 1.3, 0.0), 1.6) > 1.2 {
+            return (ball(q, v(0.2, 1.3, 0.0), 1.6), Part::Jug);
         }
         let lip = 0.16 * smoothstep(1.9, 2.45, q.y) * smoothstep(0.1, 0.9, -q.x);
         let r = (q.x + lip * 1.6).hypot(q.z);
@@ -119,8 +119,8 @@ impl Orchard {
         let (jug, part) = Self::jug(p);
         offer(jug, part);
         for (i, &(at, [yaw, pitch, roll], size)) in PEARS.iter().enumerate() {
-            let bound = (p - at - v(0.0, 0.6, 0.0)).norm() - 1.5;
-            if bound > 0.4 {
+            let bound = (p - at - v(0.0, 0.6, 0.0)).norm() - 1.3;
+            if bound > 0.9 {
                 offer(bound, Part::Pear(i));
                 continue;
             }

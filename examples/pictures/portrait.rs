@@ -130,8 +130,8 @@ impl Portrait {
     }
 
     fn turban(&self, p: V3) -> (f64, bool) {
-        let bound = ball(p, v(0.0, 5.5, -1.5), 13.5);
-        if bound > 3.0 {
+        let bound = ball(p, v(0.0, 5.5, -1.5), 12.5);
+        if bound > 5.0 {
             return (bound, true);
         }
         let rise = Self::above_rim(p);

@@ -96,8 +96,9 @@ impl Shell {
     fn nearest(&self, p: V3) -> (f64, Part) {
         let cloth = Self::cloth(p) * 0.8;
         let q = self.shell_frame(p);
-        let bound = ball(q, V3::zeros(), 1.6);
-        if bound > 0.3 {
+        let bound = ball(q, V3::zeros(), 1.4);
+        // far enough that the bound casts no penumbra of its own
+        if bound > 1.4 {
             return if cloth < bound { (cloth, Part::Cloth) } else { (bound, Part::Outside) };
         }
         let (d, inside) = Self::shell(q);
