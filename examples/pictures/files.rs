@@ -33,7 +33,8 @@ pub fn write(path: &Path, width: usize, height: usize, colour: ColorType, depth:
 
 /// Colour picture, 8 bits, sRGB.
 pub fn colour(path: &Path, picture: &Picture, step: f64) -> Result<()> {
-    let bytes: Vec<u8> = picture.colour.iter().flat_map(|c| [c.x, c.y, c.z].map(|c| level(developed(c), step))).collect();
+    let bytes: Vec<u8> =
+        picture.colour.iter().flat_map(|c| [c.x, c.y, c.z].map(|c| level(developed(c), step))).collect();
     write(path, picture.width, picture.height, ColorType::Rgb, BitDepth::Eight, &bytes)
 }
 

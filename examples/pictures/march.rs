@@ -193,9 +193,8 @@ fn trace(scene: &impl Scene, camera: &Camera, ray: &Ray) -> Hit {
     let fresnel = m.gloss * 0.6 * edge.powi(4) * open;
 
     let diffuse = light.sun_colour.component_mul(&sun).component_mul(&visible) + sky + light.rim_colour * rim;
-    let colour = m.albedo.component_mul(&diffuse)
-        + light.sun_colour.component_mul(&visible) * spark
-        + light.sky * fresnel;
+    let colour =
+        m.albedo.component_mul(&diffuse) + light.sun_colour.component_mul(&visible) * spark + light.sky * fresnel;
     let depth = t * ray.along;
     Hit { colour: scene.air(colour, t, ray.direction), depth, label: m.label }
 }
@@ -203,23 +202,20 @@ fn trace(scene: &impl Scene, camera: &Camera, ray: &Ray) -> Hit {
 /// One ray a pixel, then nine in each pixel that differs from a neighbour.
 pub fn render(scene: &impl Scene, camera: &Camera, width: usize, height: usize) -> Picture {
     let aspect = width as f64 / height as f64;
-    let at = |x: f64, y: f64| {
-        trace(scene, camera, &camera.ray(x / width as f64, y / height as f64, aspect))
-    };
-    let first: Vec<Hit> = (0..width * height)
-        .into_par_iter()
-        .map(|i| at((i % width) as f64 + 0.5, (i / width) as f64 + 0.5))
-        .collect();
+    let at = |x: f64, y: f64| trace(scene, camera, &camera.ray(x / width as f64, y / height as f64, aspect));
+    let first: Vec<Hit> =
+        (0..width * height).into_par_iter().map(|i| at((i % width) as f64 + 0.5, (i / width) as f64 + 0.5)).collect();
     let seen: Vec<V3> = first.iter().map(|h| h.colour.map(|c| c.clamp(0.0, 1.5).sqrt())).collect();
     let colour = (0..width * height)
         .into_par_iter()
         .map(|i| {
             let (x, y) = (i % width, i / width);
-            let busy = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)].iter().any(|&(dx, dy)| {
-                let (nx, ny) = (x as i64 + dx, y as i64 + dy);
-                let inside = nx >= 0 && ny >= 0 && nx < width as i64 && ny < height as i64;
-                inside && (seen[i] - seen[ny as usize * width + nx as usize]).amax() > 0.045
-            });
+            let busy =
+                [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)].iter().any(|&(dx, dy)| {
+                    let (nx, ny) = (x as i64 + dx, y as i64 + dy);
+                    let inside = nx >= 0 && ny >= 0 && nx < width as i64 && ny < height as i64;
+                    inside && (seen[i] - seen[ny as usize * width + nx as usize]).amax() > 0.045
+                });
             if !busy {
                 return first[i].colour;
             }

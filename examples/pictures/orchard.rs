@@ -1,6 +1,6 @@
 //! A still life: pears, a lemon, grapes and a blue jug on a red cloth before a warm wall. Units are decimetres.
 use crate::field::{
-    V3, ball, carve, chain, clouds, ellipsoid, hex, join, meet, mix, noise, curve, rod, smoothstep, turn, v,
+    V3, ball, carve, chain, clouds, curve, ellipsoid, hex, join, meet, mix, noise, rod, smoothstep, turn, v,
 };
 use crate::march::{Camera, Light, Material, Scene};
 
@@ -132,7 +132,11 @@ impl Orchard {
             }
         }
         let q = turn(35.0, 10.0, 12.0) * (p - LEMON);
-        let lemon = join(ellipsoid(q, V3::zeros(), v(0.47, 0.36, 0.36)), rod(q, v(-0.48, 0.0, 0.0), v(0.52, 0.0, 0.0), 0.07, 0.09), 0.2);
+        let lemon = join(
+            ellipsoid(q, V3::zeros(), v(0.47, 0.36, 0.36)),
+            rod(q, v(-0.48, 0.0, 0.0), v(0.52, 0.0, 0.0), 0.07, 0.09),
+            0.2,
+        );
         offer(lemon + 0.008 * noise(q * 14.0), Part::Lemon);
         for (at, r) in PLUMS {
             offer(ball(p, at, r), Part::Plum);
@@ -167,12 +171,14 @@ impl Scene for Orchard {
                 Material::matt(mix(hex(0xb5332a), hex(0xe9dcc0), 0.92 * stripe) * fray)
             }
             Part::Table => {
-                let grain = noise(v(p.x * 0.7, p.y * 6.0, p.z * 7.0)) * 0.5 + noise(v(p.x * 2.0, p.y * 9.0, p.z * 22.0)) * 0.25;
+                let grain =
+                    noise(v(p.x * 0.7, p.y * 6.0, p.z * 7.0)) * 0.5 + noise(v(p.x * 2.0, p.y * 9.0, p.z * 22.0)) * 0.25;
                 Material::matt(mix(hex(0x7a4a26), hex(0xa9713c), 0.5 + grain)).glossy(0.15, 20.0)
             }
             Part::Jug => {
                 let q = p - v(-0.75, 0.0, -0.55);
-                let band = smoothstep(0.035, 0.02, (q.y - 1.62).abs().min((q.y - 1.50).abs() * 1.6)) * smoothstep(1.0, 0.9, q.x);
+                let band = smoothstep(0.035, 0.02, (q.y - 1.62).abs().min((q.y - 1.50).abs() * 1.6))
+                    * smoothstep(1.0, 0.9, q.x);
                 let drip = smoothstep(0.40, 0.34, q.y + 0.07 * (q.x * 5.0).sin());
                 let glaze = mix(hex(0x17609a), hex(0x2d8bbd), 0.5 + 0.5 * clouds(q * 1.3, 2));
                 let colour = mix(mix(glaze, hex(0xe8e2cc), band), hex(0xb98a5e), drip);
@@ -188,7 +194,10 @@ impl Scene for Orchard {
                 let crown = smoothstep(1.02, 1.34, q.y);
                 colour = mix(colour, hex(0x8c9a3a), 0.6 * crown);
                 let freckles = smoothstep(0.55, 0.75, noise(q * 16.0)) * 0.35;
-                Material { wrap: v(0.22, 0.16, 0.05), ..Material::matt(mix(colour, hex(0x6e4a1c), freckles)).glossy(0.30, 28.0) }
+                Material {
+                    wrap: v(0.22, 0.16, 0.05),
+                    ..Material::matt(mix(colour, hex(0x6e4a1c), freckles)).glossy(0.30, 28.0)
+                }
             }
             Part::Lemon => Material { wrap: v(0.25, 0.2, 0.05), ..Material::matt(hex(0xf5d02a)).glossy(0.35, 30.0) },
             Part::Plum => {

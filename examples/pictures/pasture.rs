@@ -117,8 +117,10 @@ impl Pasture {
         wool = join(wool, ball(q, v(0.52, 0.86, 0.0), 0.22), 0.2);
         let curl = q * 9.0;
         let warp = curl + grey(1.2) * noise(q * 4.0);
-        wool -= 0.035 * warp.x.sin() * warp.y.sin() * warp.z.sin() + 0.035 * noise(q * 8.0).abs() + 0.012 * noise(q * 20.0);
-        let (poll, nose) = if grazing { (v(0.82, 0.55, 0.0), v(0.98, 0.22, 0.04)) } else { (v(0.72, 1.05, 0.0), v(0.98, 0.90, 0.03)) };
+        wool -=
+            0.035 * warp.x.sin() * warp.y.sin() * warp.z.sin() + 0.035 * noise(q * 8.0).abs() + 0.012 * noise(q * 20.0);
+        let (poll, nose) =
+            if grazing { (v(0.82, 0.55, 0.0), v(0.98, 0.22, 0.04)) } else { (v(0.72, 1.05, 0.0), v(0.98, 0.90, 0.03)) };
         let neck = v(0.52, 0.86, 0.0);
         wool = join(wool, rod(q, neck, poll, 0.2, 0.15) - 0.02 * noise(q * 12.0), 0.12);
         wool = join(wool, ball(q, poll + v(-0.04, 0.10, 0.0), 0.10), 0.06);
@@ -147,14 +149,19 @@ impl Pasture {
         let mut cloak = meet((r - flare - fold) * 0.8, (q.y - 0.92).abs() - 0.60, 0.12);
         cloak = join(cloak, ellipsoid(q, v(0.0, 1.42, 0.0), v(0.30, 0.17, 0.20)), 0.12);
         // the right arm holds the crook
-        cloak = join(cloak, chain(q, &[(v(0.27, 1.42, 0.05), 0.11), (v(0.42, 1.18, 0.14), 0.10), (v(0.48, 1.22, 0.38), 0.085)], 0.1), 0.08);
+        cloak = join(
+            cloak,
+            chain(q, &[(v(0.27, 1.42, 0.05), 0.11), (v(0.42, 1.18, 0.14), 0.10), (v(0.48, 1.22, 0.38), 0.085)], 0.1),
+            0.08,
+        );
         let mut best = (cloak, Part::Cloak);
         let mut offer = |d: f64, part: Part| {
             if d < best.0 {
                 best = (d, part);
             }
         };
-        let head = join(ellipsoid(q, v(0.0, 1.73, 0.02), v(0.115, 0.145, 0.13)), ball(q, v(0.0, 1.71, 0.155), 0.025), 0.05);
+        let head =
+            join(ellipsoid(q, v(0.0, 1.73, 0.02), v(0.115, 0.145, 0.13)), ball(q, v(0.0, 1.71, 0.155), 0.025), 0.05);
         offer(head.min(ball(q, v(0.48, 1.24, 0.46), 0.065)), Part::Skin);
         let hat = join(
             ellipsoid(q, v(0.0, 1.88, 0.0), v(0.14, 0.13, 0.15)),
@@ -163,7 +170,10 @@ impl Pasture {
         );
         offer(hat, Part::Hat);
         let m = v(q.x.abs(), q.y, q.z);
-        offer(chain(m, &[(v(0.11, 0.45, 0.0), 0.09), (v(0.12, 0.06, 0.0), 0.075), (v(0.13, 0.05, 0.14), 0.06)], 0.04), Part::Boot);
+        offer(
+            chain(m, &[(v(0.11, 0.45, 0.0), 0.09), (v(0.12, 0.06, 0.0), 0.075), (v(0.13, 0.05, 0.14), 0.06)], 0.04),
+            Part::Boot,
+        );
         let stick = [
             (v(0.52, 0.0, 0.52), 0.022),
             (v(0.47, 1.78, 0.44), 0.022),
@@ -194,7 +204,11 @@ impl Pasture {
         d = join(d, ball(q, v(0.21, 0.77, 0.0), 0.125), 0.06);
         d = join(d, rod(q, v(0.27, 0.75, 0.0), v(0.42, 0.71, 0.0), 0.07, 0.05), 0.05);
         d = join(d, rod(m, v(0.16, 0.85, 0.08), v(0.10, 0.97, 0.10), 0.05, 0.015), 0.03);
-        d = join(d, chain(q, &[(v(-0.36, 0.12, 0.0), 0.06), (v(-0.56, 0.08, 0.10), 0.06), (v(-0.66, 0.12, 0.24), 0.03)], 0.05), 0.06);
+        d = join(
+            d,
+            chain(q, &[(v(-0.36, 0.12, 0.0), 0.06), (v(-0.56, 0.08, 0.10), 0.06), (v(-0.66, 0.12, 0.24), 0.03)], 0.05),
+            0.06,
+        );
         (d - 0.012 * noise(q * 14.0)) * 0.85
     }
 
@@ -285,7 +299,8 @@ impl Scene for Pasture {
             Part::Ground => {
                 let patch = 0.5 + 0.5 * clouds(v(p.x * 0.5, 0.0, p.z * 0.35), 2);
                 let blade = 0.16 * noise(v(p.x * 14.0, 0.0, p.z * 5.0));
-                let path = smoothstep(0.75, 0.35, (p.x - 2.2 - 0.12 * p.z - 1.3 * (p.z * 0.22).sin()).abs() - 0.02 * p.z);
+                let path =
+                    smoothstep(0.75, 0.35, (p.x - 2.2 - 0.12 * p.z - 1.3 * (p.z * 0.22).sin()).abs() - 0.02 * p.z);
                 let grass = mix(hex(0x6f9a35), hex(0xa9b84a), patch.clamp(0.0, 1.0)) * (1.0 + blade);
                 Material::matt(mix(grass, hex(0xcaa873), 0.0 * path)).label(l::GRASS)
             }
@@ -317,7 +332,9 @@ impl Scene for Pasture {
                 Material::matt(colour).label(l::HOUSE)
             }
             Part::Roof => Material::matt(mix(hex(0xb04a2c), hex(0xcf6a3e), 0.5 + 0.5 * noise(p * 2.5))).label(l::ROOF),
-            Part::Cloak => Material::matt(mix(hex(0x8f2d2a), hex(0xb8443a), 0.5 + 0.5 * noise(p * 3.0))).label(l::PERSON),
+            Part::Cloak => {
+                Material::matt(mix(hex(0x8f2d2a), hex(0xb8443a), 0.5 + 0.5 * noise(p * 3.0))).label(l::PERSON)
+            }
             Part::Skin => Material::matt(hex(0xd99a74)).label(l::PERSON),
             Part::Hat => Material::matt(hex(0xd9b25a)).label(l::PERSON),
             Part::Boot => Material::matt(hex(0x3b2a20)).label(l::PERSON),

@@ -1,7 +1,9 @@
 //! A bust of a girl in a turban with a pearl, three-quarter view. Units are centimetres of a life-sized head.
 use nalgebra::Rotation3;
 
-use crate::field::{V3, ball, carve, chain, clouds, ellipsoid, grey, hex, join, meet, mix, noise, rod, smoothstep, turn, v};
+use crate::field::{
+    V3, ball, carve, chain, clouds, ellipsoid, grey, hex, join, meet, mix, noise, rod, smoothstep, turn, v,
+};
 use crate::march::{Camera, Light, Material, Scene};
 
 /// Head coordinates: x to the subject's left, y up from the eyes, z out of the face; the origin is between the ears.
@@ -109,7 +111,8 @@ impl Portrait {
         let taper = (1.0 - (x / 2.6) * (x / 2.6)).max(0.0);
         let bow = 0.12 * (-((x - 0.55) / 0.45).powi(2)).exp();
         let end = (x - 2.5).max(0.0);
-        let upper = v(end, p.y - (y + 0.36 * taper), p.z - (z - 0.12 - 0.5 * (1.0 - taper))).norm() - (0.50 + bow) * taper;
+        let upper =
+            v(end, p.y - (y + 0.36 * taper), p.z - (z - 0.12 - 0.5 * (1.0 - taper))).norm() - (0.50 + bow) * taper;
         let lower = v(end, p.y - (y - 0.50 * taper), p.z - (z - 0.20 - 0.5 * (1.0 - taper))).norm() - 0.62 * taper;
         let crease = v((x - 2.3).max(0.0), p.y - y, p.z - (z + 0.15)).norm() - 0.14 * taper;
         let mut d = join(skin, upper * 0.9, 0.5);
@@ -222,7 +225,9 @@ impl Portrait {
         // brows
         let arch = 2.35 + 0.42 * (1.0 - ((q.x - 3.6) / 2.3).powi(2));
         let thick = 0.33 * smoothstep(5.9, 3.0, q.x) + 0.04;
-        let brow = smoothstep(thick + 0.2, thick - 0.16, (q.y - arch).abs()) * smoothstep(1.1, 2.6, q.x) * smoothstep(5.9, 5.0, q.x);
+        let brow = smoothstep(thick + 0.2, thick - 0.16, (q.y - arch).abs())
+            * smoothstep(1.1, 2.6, q.x)
+            * smoothstep(5.9, 5.0, q.x);
         colour = mix(colour, hex(0x4a2c1a), 0.75 * brow * f64::from(u8::from(p.z > 2.0)));
         // lashes along the edge of the lids
         let e = q - EYE;
@@ -266,7 +271,11 @@ impl Scene for Portrait {
                 let lower = self.turban(head).1;
                 let strand = Self::strands(head)[usize::from(!lower)];
                 let light = 0.5 + 0.5 * (strand * if lower { 1.75 } else { 1.15 }).sin();
-                let dye = if lower { mix(hex(0x2d5fb4), hex(0x4f8ad6), light) } else { mix(hex(0x4c84c8), hex(0x86b6e6), light) };
+                let dye = if lower {
+                    mix(hex(0x2d5fb4), hex(0x4f8ad6), light)
+                } else {
+                    mix(hex(0x4c84c8), hex(0x86b6e6), light)
+                };
                 Material::matt(dye).glossy(0.10, 9.0)
             }
             Part::Tail => {
@@ -275,7 +284,8 @@ impl Scene for Portrait {
             }
             Part::Coat => {
                 let weave = 1.0 + 0.10 * clouds(body * 0.35, 2);
-                Material::matt(mix(hex(0x9a5526), hex(0xc98a3e), smoothstep(-0.3, 0.6, clouds(body * 0.11, 2))) * weave).glossy(0.06, 8.0)
+                Material::matt(mix(hex(0x9a5526), hex(0xc98a3e), smoothstep(-0.3, 0.6, clouds(body * 0.11, 2))) * weave)
+                    .glossy(0.06, 8.0)
             }
             Part::Collar => Material::matt(hex(0xf1ead9)),
             Part::Pearl => Material { wrap: grey(0.5), ..Material::matt(hex(0xf0efe8)).glossy(1.6, 30.0) },

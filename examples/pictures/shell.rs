@@ -66,7 +66,8 @@ impl Shell {
         let beyond = whorl(behind - TAU).0;
         let lip = beyond.max((TAU - behind) * r);
         let (outer, _) = whorl(behind);
-        let hollow = meet(outer + 0.045, (behind - 1.9) * r.max(0.2), 0.3).min((beyond + 0.045).max((TAU - behind) * r - 0.12));
+        let hollow =
+            meet(outer + 0.045, (behind - 1.9) * r.max(0.2), 0.3).min((beyond + 0.045).max((TAU - behind) * r - 0.12));
         let mut d = carve(outer.min(lip), hollow, 0.03);
         // the whorl before it stays whole
         d = d.min(outer.max((PI - behind) * r));
@@ -86,7 +87,8 @@ impl Shell {
         let hang = fan * 7.5 + 0.25 * (reach * 1.1).sin();
         let deep = 0.11 * reach.min(4.0) * (0.8 * ridge(hang) + 0.35 * ridge(hang * 2.1 + 0.8 + 0.2 * reach));
         let back = (p.z + 2.1 - deep) * 0.7;
-        let bend = p.x * 0.9 - p.z * 0.55 + 0.45 * (p.z * 0.9 + p.x * 0.4).sin() + 0.3 * noise(v(p.x * 0.7, 1.0, p.z * 0.7));
+        let bend =
+            p.x * 0.9 - p.z * 0.55 + 0.45 * (p.z * 0.9 + p.x * 0.4).sin() + 0.3 * noise(v(p.x * 0.7, 1.0, p.z * 0.7));
         let calm = smoothstep(0.4, 1.9, v((p.x + 0.1) * 0.8, 0.0, p.z - 0.1).norm());
         let height = calm * (0.34 * ridge(bend * 1.35 + 0.2) + 0.16 * ridge(bend * 2.9 + 0.6 * p.z + 1.3));
         let floor = (p.y - height) * 0.75;
@@ -102,7 +104,11 @@ impl Shell {
             return if cloth < bound { (cloth, Part::Cloth) } else { (bound, Part::Outside) };
         }
         let (d, inside) = Self::shell(q);
-        if cloth < d * 0.75 { (cloth, Part::Cloth) } else { (d * 0.75, if inside { Part::Inside } else { Part::Outside }) }
+        if cloth < d * 0.75 {
+            (cloth, Part::Cloth)
+        } else {
+            (d * 0.75, if inside { Part::Inside } else { Part::Outside })
+        }
     }
 }
 

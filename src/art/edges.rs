@@ -78,7 +78,9 @@ pub fn edges(
     }
     let strokes = edge_lines(picture, &Placement::checked(picture, sheet)?, line_width, options)?;
     if strokes.is_empty() {
-        return Err(ArtError::NothingToDraw { reason: "no edge has the contrast and the length asked for".to_string() });
+        return Err(ArtError::NothingToDraw {
+            reason: "no edge has the contrast and the length asked for".to_string(),
+        });
     }
     let layer = InkLayer { name: ink.name.clone(), color: ink.color, width_hint: Some(line_width), strokes };
     let drawing = Drawing::new(sheet.width, sheet.height, vec![layer]);
@@ -110,7 +112,8 @@ pub(super) fn edge_lines(
     let response = mean_along(&across(&lightness, &tangent, sigma), &tangent, ALONG * sigma);
     let crests = Crests::of(&response, tangent, options.contrast * options.continuation);
     let [sheet_w, sheet_h] = placement.size();
-    let inset = |v: f64, side: f64| v.clamp(0.5 * line_width.min(side) - 0.5 * side, 0.5 * (side - line_width).max(0.0));
+    let inset =
+        |v: f64, side: f64| v.clamp(0.5 * line_width.min(side) - 0.5 * side, 0.5 * (side - line_width).max(0.0));
     let on_sheet = |p: &Point2<f64>| {
         let (x, y) = (p.x / w as f64 * sheet_w - 0.5 * sheet_w, 0.5 * sheet_h - p.y / h as f64 * sheet_h);
         Point2::new(inset(x, sheet_w), inset(y, sheet_h))
@@ -132,7 +135,8 @@ fn across(lightness: &Plane, tangent: &[Vector2<f32>], sigma: f64) -> Plane {
         let sum: f64 = weights.iter().sum();
         weights.into_iter().map(move |v| v / sum)
     };
-    let kernel: Vec<f64> = gauss(RATIO * sigma).zip(gauss(sigma)).map(|(wide, fine)| (wide - fine) / STEP_RESPONSE).collect();
+    let kernel: Vec<f64> =
+        gauss(RATIO * sigma).zip(gauss(sigma)).map(|(wide, fine)| (wide - fine) / STEP_RESPONSE).collect();
     let at = |i: usize| {
         let (x, y) = ((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
         let t = tangent[i];
@@ -215,7 +219,8 @@ impl Crests {
 
     /// Lines through the crests, each from one at least `high`; the highest first.
     fn lines(&self, high: f64) -> Vec<Vec<Point2<f64>>> {
-        let mut starts: Vec<(f32, usize)> = self.crest.iter().enumerate().filter_map(|(i, c)| c.map(|c| (c.1, i))).collect();
+        let mut starts: Vec<(f32, usize)> =
+            self.crest.iter().enumerate().filter_map(|(i, c)| c.map(|c| (c.1, i))).collect();
         starts.retain(|s| f64::from(s.0) >= high);
         starts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut owner = vec![NOBODY; self.crest.len()];

@@ -176,9 +176,7 @@ impl Order {
             let spacing = layer.width / f64::from(layer.base[at]);
             for (lines_off, weight) in [(1.0, 1.0), (2.0, 0.5), (3.0, 0.25), (4.0, 0.125)] {
                 for side in [-1.0, 1.0] {
-                    let q = |r: f64| {
-                        Point2::new(p.x + side * r * f64::from(n[0]), p.y + side * r * f64::from(n[1]))
-                    };
+                    let q = |r: f64| Point2::new(p.x + side * r * f64::from(n[0]), p.y + side * r * f64::from(n[1]));
                     // The neighbour is not exactly where it is expected.
                     let found = [0.0, -1.0, 1.0].map(|off| self.step[layer.at(&q(lines_off * spacing + off))]);
                     if let Some(step) = found.into_iter().find(|s| *s != FREE) {

@@ -9,8 +9,8 @@
 use nalgebra::Point2;
 use rayon::prelude::*;
 
-use super::hatch_lines::{Layer, lines};
 use super::edges::edge_lines;
+use super::hatch_lines::{Layer, lines};
 use super::{ArtError, Artwork, EdgeOptions, Flow, FlowOptions, Placement, Sheet};
 use crate::drawing::stroke_order::order_strokes;
 use crate::drawing::{Drawing, InkLayer, Stroke};
@@ -112,7 +112,8 @@ pub fn hatching(
             return Err(ArtError::BadOption { name: "line_width", value: *width, message });
         }
         if (tone.coverage.width(), tone.coverage.height()) != (picture.width(), picture.height()) {
-            let message = format!("the tone of {} must have the picture's {} columns and rows", tone.ink.name, picture.width());
+            let message =
+                format!("the tone of {} must have the picture's {} columns and rows", tone.ink.name, picture.width());
             return Err(ArtError::BadOption { name: "tone", value: tone.coverage.width() as f64, message });
         }
     }

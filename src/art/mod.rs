@@ -4,30 +4,23 @@
 //! an [`Artwork`]. Sheet coordinates are those of [`crate::drawing`]: m, x right, y up, origin at the centre.
 
 mod brush;
-mod error;
-mod painterly;
-
-pub use brush::{BrushFill, PenBrush};
-pub use error::ArtError;
-pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
+pub mod depth;
 mod edges;
 mod error;
 mod flow;
 mod hatch_lines;
 mod hatching;
+mod painterly;
 mod placement;
 mod stripes;
 
+pub use brush::{BrushFill, PenBrush};
 pub use edges::{EdgeOptions, edges};
 pub use error::ArtError;
 pub use flow::{Flow, FlowOptions};
 pub use hatching::{HatchOptions, hatching};
+pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
 pub use placement::Placement;
-pub mod depth;
-mod error;
-
-pub use brush::{BrushFill, PenBrush};
-pub use error::ArtError;
 
 use crate::drawing::Drawing;
 use crate::picture::Image;

@@ -455,7 +455,7 @@ impl<'a> Painter<'a> {
             };
             let at = Point2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
             let spine = grow(&self.form, at, width, flat.height(), &habit, welcome);
-            let line = brush.pen_line(&spine);
+            let line = brush.pen_line(&spine, [f64::INFINITY; 2]);
             let gain = self.canvas.gain(&line, self.lines[ink], ink);
             if gain > floor && best.as_ref().is_none_or(|b| gain > b.0) {
                 best = Some((gain, line));
