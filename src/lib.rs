@@ -23,6 +23,7 @@ pub mod robot;
 pub mod run;
 pub mod scenario;
 pub mod surface;
+pub mod tour;
 pub mod twin;
 
 pub mod cli;
