@@ -152,9 +152,8 @@ fn solve(slopes: &[Residual; 4], gradient: &[f32; 4], free: [bool; 4], damping: 
     for i in 0..4 {
         for j in i + 1..4 {
             let f = a[j][i] / a[i][i];
-            for k in i..5 {
-                a[j][k] -= f * a[i][k];
-            }
+            let row = a[i];
+            a[j].iter_mut().zip(row).for_each(|(v, r)| *v -= f * r);
         }
     }
     let mut x = [0.0; 4];

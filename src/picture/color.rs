@@ -14,7 +14,7 @@ const XYZ_FROM_RGB: [[f64; 3]; 3] = [
     [0.019_330_8, 0.119_194_8, 0.950_532_2],
 ];
 
-/// A colour in Oklab: lightness 0..=1, green to red, blue to yellow. Distances in it are about as large as they look.
+/// A colour in Oklab: lightness 0..=1, green to red, blue to yellow.
 pub type Oklab = [f32; 3];
 
 /// Oklab of a colour in linear light.
@@ -51,9 +51,10 @@ pub fn oklab_from_rgb(color: Rgb) -> Oklab {
     oklab_from_linear(linear_from_rgb(color))
 }
 
-/// Square of the distance of two colours in Oklab.
-pub fn oklab_distance2(p: Oklab, q: Oklab) -> f32 {
-    let d = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+/// Square of the difference of two colours: their distance in Oklab with both axes of chroma counted twice, without which
+/// greys and faint colours are taken for each other. White to black is 1.
+pub fn oklab_difference2(p: Oklab, q: Oklab) -> f32 {
+    let d = [p[0] - q[0], 2.0 * (p[1] - q[1]), 2.0 * (p[2] - q[2])];
     d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
 }
 

@@ -1,6 +1,6 @@
 //! Names of colours.
 use crate::math::Rgb;
-use crate::picture::color::{Oklab, oklab_distance2, oklab_from_rgb};
+use crate::picture::color::{Oklab, oklab_difference2, oklab_from_rgb};
 
 /// Plain names and a colour that most would call so.
 const NAMES: [(&str, [u8; 3]); 41] = [
@@ -49,7 +49,7 @@ const NAMES: [(&str, [u8; 3]); 41] = [
 
 /// The plain name that comes nearest to a colour.
 pub(super) fn name(color: Oklab) -> &'static str {
-    let far = |c: &[u8; 3]| oklab_distance2(oklab_from_rgb(Rgb(*c)), color);
+    let far = |c: &[u8; 3]| oklab_difference2(oklab_from_rgb(Rgb(*c)), color);
     NAMES.iter().min_by(|a, b| far(&a.1).total_cmp(&far(&b.1))).map_or("ink", |n| n.0)
 }
 

@@ -22,7 +22,7 @@ mod value;
 
 pub use cmyk::{CmykOptions, cmyk};
 pub use color::{
-    Oklab, ciede2000, cielab_from_linear, linear_from_oklab, linear_from_rgb, oklab_distance2, oklab_from_linear,
+    Oklab, ciede2000, cielab_from_linear, linear_from_oklab, linear_from_rgb, oklab_difference2, oklab_from_linear,
     oklab_from_rgb,
 };
 pub use error::PictureError;

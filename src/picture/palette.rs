@@ -4,14 +4,14 @@ use rayon::prelude::*;
 use crate::math::Rgb;
 use crate::math::srgb_from_linear;
 use crate::picture::cluster::{self, Weighted, nearest};
-use crate::picture::color::{Oklab, linear_from_oklab, oklab_distance2, oklab_from_linear, oklab_from_rgb};
+use crate::picture::color::{Oklab, linear_from_oklab, oklab_difference2, oklab_from_linear, oklab_from_rgb};
 use crate::picture::color_name::unique_names;
 use crate::picture::{Flat, Ink, Picture};
 
 /// Most inks of a palette: a [`Flat`] labels them in bytes.
 pub const PALETTE_MAX: usize = 255;
 
-/// How the colours of a palette are found; all of them in Oklab.
+/// How the colours of a palette are found, by [`oklab_difference2`](crate::picture::oklab_difference2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PaletteMethod {
     /// So many colours that the squared differences from them are least: k-means from k-means++ seeds, the best of eight.
@@ -26,7 +26,7 @@ pub enum PaletteMethod {
     },
     /// As many colours as there are dense groups of them (DBSCAN).
     Dbscan {
-        /// How near colours of a group are, in Oklab (white to black is 1): 0.02 to 0.06.
+        /// How near colours of a group are (white to black is 1): 0.02 to 0.06.
         reach: f32,
         /// Least share of the picture's pixels within reach of a colour inside a group: 0.002 to 0.02.
         min_share: f64,
@@ -87,11 +87,11 @@ impl Palette {
     pub fn paper(&self, rule: PaperRule) -> Option<usize> {
         let lightness = |i: &usize| oklab_from_rgb(self.inks[*i].color)[0];
         let lightest = (0..self.inks.len()).max_by(|a, b| lightness(a).total_cmp(&lightness(b)))?;
-        let off_white = oklab_distance2(oklab_from_rgb(self.inks[lightest].color), [1.0, 0.0, 0.0]).sqrt();
+        let off_white = oklab_difference2(oklab_from_rgb(self.inks[lightest].color), [1.0, 0.0, 0.0]).sqrt();
         (rule == PaperRule::LightestIfNearWhite && off_white < 0.12).then_some(lightest)
     }
 
-    /// The picture in the palette's inks, each pixel in the nearest one in Oklab. `smoothing` passes of a majority vote among
+    /// The picture in the palette's inks, each pixel in the least different one. `smoothing` passes of a majority vote among
     /// the 3 x 3 pixels around each then remove specks. `None` without inks, or with more than [`PALETTE_MAX`].
     pub fn flatten(&self, picture: &Picture, paper: PaperRule, smoothing: usize) -> Option<Flat> {
         if self.inks.is_empty() || self.inks.len() > PALETTE_MAX {
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
     use crate::picture::linear_from_rgb;
 
-    const COLORS: [[u8; 3]; 4] = [[250, 248, 240], [230, 160, 40], [190, 30, 40], [25, 30, 70]];
+    const COLORS: [[u8; 3]; 4] = [[250, 248, 240], [240, 140, 30], [190, 30, 40], [25, 30, 70]];
     const METHODS: [PaletteMethod; 3] = [
         PaletteMethod::KMeans { colors: 4 },
         PaletteMethod::Agglomerative { colors: 4 },

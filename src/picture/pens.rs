@@ -2,7 +2,7 @@
 use rayon::prelude::*;
 
 use crate::math::Rgb;
-use crate::picture::color::{linear_from_rgb, oklab_distance2, oklab_from_linear};
+use crate::picture::color::{linear_from_rgb, oklab_difference2, oklab_from_linear};
 use crate::picture::cube::Cube;
 use crate::picture::{Ink, Picture, Plane, Tone};
 
@@ -27,7 +27,8 @@ pub enum Dither {
 }
 
 /// Separates a picture into pens whose marks don't overlap: at each pixel the coverages add up to at most 1, and what is left
-/// is bare paper, which the picture's white always is. "Nearest" is in Oklab; shares and errors add up in linear light, as
+/// is bare paper, which the picture's white always is. "Nearest" is by
+/// [`oklab_difference2`]; shares and errors add up in linear light, as
 /// marks seen from afar do. See [`side_by_side`](crate::picture::side_by_side) for what they give together.
 pub fn pens(picture: &Picture, inks: &[Ink], paper: Rgb, dither: Dither) -> Vec<Tone> {
     let paper = linear_from_rgb(paper);
@@ -62,7 +63,7 @@ impl Nearest {
 
     fn of(&self, light: [f32; 3]) -> usize {
         let lab = oklab_from_linear(light);
-        let far = |c: &[f32; 3]| oklab_distance2(*c, lab);
+        let far = |c: &[f32; 3]| oklab_difference2(*c, lab);
         let nearest = self.0.iter().enumerate().min_by(|a, b| far(a.1).total_cmp(&far(b.1)));
         nearest.map_or(0, |(i, _)| i)
     }
@@ -90,8 +91,8 @@ fn diffused(picture: &Picture, colors: &[[f32; 3]], on_paper: impl Fn([f32; 3]) 
             let x = if y % 2 == 0 { step } else { w - 1 - step };
             let (ahead, behind) = if y % 2 == 0 { (x + 2, x) } else { (x, x + 2) };
             let want = on_paper(picture.at(x, y));
-            // Clamped, lest what no pen can make up for be carried across the whole picture.
-            let light = [0, 1, 2].map(|k| (want[k] + here[x + 1][k]).clamp(0.0, 1.0));
+            // Clamped not far outside, lest what no pen can make up for be carried across the whole picture.
+            let light = [0, 1, 2].map(|k| (want[k] + here[x + 1][k]).clamp(-0.2, 1.2));
             let pen = nearest.of(light);
             chosen[y * w + x] = pen;
             for k in 0..3 {
@@ -110,8 +111,8 @@ fn diffused(picture: &Picture, colors: &[[f32; 3]], on_paper: impl Fn([f32; 3]) 
 
 /// Shares of the colours, adding up to 1, whose mean in linear light comes near to a colour.
 ///
-/// Minimises `|J (sum w c - t)|^2 + e sum w d(c, t)^2`, `J` being the slope of Oklab at the colour `t` and `d` the distance in
-/// Oklab, by moving weight between two colours at a time: convex, and exact for each pair.
+/// Minimises `|J (sum w c - t)|^2 + e sum w d(c, t)^2`, `J` being the slope of Oklab at the colour `t` and `d` the
+/// difference, by moving weight between two colours at a time: convex, and exact for each pair.
 fn shares(target: [f32; 3], colors: &[[f32; 3]]) -> Vec<f32> {
     let safe = target.map(|v| v.max(0.01));
     let lab = oklab_from_linear(safe);
@@ -125,7 +126,7 @@ fn shares(target: [f32; 3], colors: &[[f32; 3]]) -> Vec<f32> {
         [0, 1, 2].map(|r| (0..3).map(|k| (slope[k][r] - f64::from(lab[r])) * d[k]).sum::<f64>())
     };
     let seen: Vec<[f64; 3]> = colors.iter().map(seen).collect();
-    let far = |c: &[f32; 3]| f64::from(FAR_WEIGHT * oklab_distance2(oklab_from_linear(*c), lab));
+    let far = |c: &[f32; 3]| f64::from(FAR_WEIGHT * oklab_difference2(oklab_from_linear(*c), lab));
     let far: Vec<f64> = colors.iter().map(far).collect();
     let n = colors.len();
     let start = (0..n).min_by(|a, b| far[*a].total_cmp(&far[*b])).unwrap_or(0);
@@ -224,7 +225,7 @@ mod tests {
     fn without_dither_each_colour_goes_to_the_nearest_pen() {
         let set = inks(&[[220, 60, 40], [60, 120, 60]]);
         let tones = pens(&plain(linear_from_rgb(Rgb([180, 40, 60]))), &set, WHITE, Dither::None);
-        assert!(oklab_distance2(oklab_from_rgb(Rgb([180, 40, 60])), oklab_from_rgb(set[0].color)) < 0.05);
+        assert!(oklab_difference2(oklab_from_rgb(Rgb([180, 40, 60])), oklab_from_rgb(set[0].color)) < 0.05);
         assert!(
             tones[0].coverage.values.iter().all(|v| *v == 1.0) && tones[1].coverage.values.iter().all(|v| *v == 0.0)
         );

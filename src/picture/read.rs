@@ -210,7 +210,7 @@ fn colors(row: &[u8], color: ColorType, bits: u8, light: &[f32], line: &mut [[f3
     for (i, pixel) in line.iter_mut().enumerate() {
         let at = |k: usize| light[usize::from(sample(row, channels * i + k, bits))];
         *pixel = if channels < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] };
-        if channels % 2 == 0 {
+        if channels.is_multiple_of(2) {
             let alpha = f32::from(sample(row, channels * i + channels - 1, bits)) / opaque;
             *pixel = pixel.map(|v| v * alpha + (1.0 - alpha));
         }
