@@ -17,7 +17,10 @@ use crate::drawing::{Drawing, InkLayer, Stroke};
 use crate::picture::{Picture, Plane, Tone};
 
 /// Tones, as coverage, at which the second, third and fourth direction join.
-const JOINS: [f64; 4] = [0.35, 0.60, 0.75, 0.85];
+const JOINS: [f64; 4] = [0.31, 0.57, 0.73, 0.84];
+/// Depths past its turn up to which the last direction goes on alone, and from which on the next one has taken over all
+/// of it: a direction of a few stray lines is worse than none.
+const TAKEOVER: [f64; 2] = [0.08, 0.24];
 /// Grid points a line spacing where lines are densest.
 const POINTS_A_SPACING: f64 = 3.6;
 /// Coverage under which paper stays white.
@@ -54,8 +57,8 @@ pub struct HatchOptions {
 impl Default for HatchOptions {
     fn default() -> Self {
         Self {
-            directions: 4,
-            angles: [0.0, 60.0, 120.0, 90.0].map(f64::to_radians),
+            directions: 3,
+            angles: [0.0, 90.0, 45.0, 135.0].map(f64::to_radians),
             angle: 45f64.to_radians(),
             follow: 1.0,
             flow_scale: 3e-3,
@@ -223,7 +226,7 @@ struct Share {
 /// The tone shared between directions.
 fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
     let depth = |coverage: f64| -(1.0 - coverage.min(0.9999)).ln();
-    let (low, high) = (1.0 / options.max_spacing, 1.0 / options.min_spacing);
+    let high = 1.0 / options.min_spacing;
     let n = options.directions;
     // Depth that each direction takes before the next one joins, and the most it can.
     let mut caps = [0.0; 4];
@@ -238,6 +241,12 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
         for k in 0..n {
             parts[k] = rest.min(caps[k]);
             rest -= parts[k];
+        }
+        let [alone, over] = TAKEOVER;
+        for k in 1..n {
+            let kept = parts[k].min(alone).min(alone * (over - parts[k]).max(0.0) / (over - alone));
+            parts[k - 1] += kept;
+            parts[k] -= kept;
         }
         // Past the last one's turn all grow denser together.
         for k in 0..n {
@@ -256,6 +265,8 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
         // A mean that leans to the dark side: what is lighter can be drawn by fewer lines, but not what is darker.
         let fourth = Plane::from_values(tone.width(), tone.height(), wish.iter().map(|a| a.powi(4) as f32).collect());
         let mean = fourth.unwrap_or_default().blurred((options.evenness / cell) as f32);
+        // Only the first direction is alone on the paper; lines across it stand closer, or not at all.
+        let low = if k == 0 { 1.0 / options.max_spacing } else { (1.0 / options.max_spacing).max(high / 3.0) };
         let base: Vec<f32> =
             mean.values.iter().map(|m| f64::from(m.max(0.0)).powf(0.25).clamp(low, high) as f32).collect();
         let drawn: Vec<f32> = wish.iter().zip(&base).map(|(a, b)| (*a as f32).min(*b)).collect();
