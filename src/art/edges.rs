@@ -319,3 +319,82 @@ fn smoothed(line: &[Point2<f64>]) -> Vec<Point2<f64>> {
     }
     points
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+
+    const SHEET: Sheet = Sheet { width: 0.1, height: 0.1 };
+    /// A pixel of the test pictures on the sheet, m.
+    const PIXEL: f64 = 0.5e-3;
+
+    /// A picture of 200 x 200 px of this lightness at places in px, each pixel a mean of 5 x 5 samples.
+    fn picture(lightness: impl Fn(f64, f64) -> f64) -> Picture {
+        let pixel = |i: usize| {
+            let samples = (0..25).map(|s| {
+                let (x, y) =
+                    ((i % 200) as f64 + (s % 5) as f64 / 5.0 + 0.1, (i / 200) as f64 + (s / 5) as f64 / 5.0 + 0.1);
+                lightness(x, y)
+            });
+            [(samples.sum::<f64>() / 25.0).powi(3) as f32; 3]
+        };
+        Picture::from_pixels(200, 200, (0..40_000).map(pixel).collect()).unwrap()
+    }
+
+    fn lines(picture: &Picture, options: &EdgeOptions) -> Result<Drawing, ArtError> {
+        let ink = Ink { name: "black".into(), color: Rgb([0; 3]) };
+        edges(picture, SHEET, 0.4e-3, &ink, options).map(|a| a.drawing)
+    }
+
+    /// Distances of all points from the sheet's centre, px.
+    fn radii(drawing: &Drawing) -> Vec<f64> {
+        drawing.layers[0].strokes.iter().flat_map(|s| &s.points).map(|p| p.coords.norm() / PIXEL).collect()
+    }
+
+    const OPTIONS: EdgeOptions = EdgeOptions { scale: 0.6e-3, contrast: 0.16, continuation: 0.4, min_length: 4e-3 };
+
+    #[test]
+    fn a_dark_line_is_one_line_in_its_middle() {
+        let ring = picture(|x, y| if ((x - 100.0).hypot(y - 100.0) - 61.3).abs() < 0.9 { 0.2 } else { 0.9 });
+        let drawing = lines(&ring, &OPTIONS).unwrap();
+        assert_eq!(drawing.stroke_count(), 1);
+        let off = radii(&drawing).into_iter().map(|r| (r - 61.3).abs()).fold(0.0, f64::max);
+        assert!(off < 0.12, "{off} px off");
+        let length = drawing.length() / PIXEL;
+        assert!((length / (std::f64::consts::TAU * 61.3) - 1.0).abs() < 0.01, "{length} px");
+        let stroke = &drawing.layers[0].strokes[0];
+        assert_eq!(stroke.points.first(), stroke.points.last());
+    }
+
+    #[test]
+    fn the_edge_of_a_disc_has_its_line_just_inside() {
+        let disc = picture(|x, y| if (x - 100.0).hypot(y - 100.0) < 50.0 { 0.3 } else { 0.8 });
+        let drawing = lines(&disc, &OPTIONS).unwrap();
+        assert_eq!(drawing.stroke_count(), 1);
+        let inside = 50.0 - 1.24 * OPTIONS.scale / PIXEL;
+        let off = radii(&drawing).into_iter().map(|r| (r - inside).abs()).fold(0.0, f64::max);
+        assert!(off < 0.3, "{off} px off");
+    }
+
+    #[test]
+    fn lines_cross_and_end_on_each_other() {
+        let bar = |v: f64| (v - 100.0).abs() < 1.0;
+        let cross = picture(|x, y| if bar(x) || (bar(y) && x > 40.0) { 0.1 } else { 1.0 });
+        let drawing = lines(&cross, &OPTIONS).unwrap();
+        assert!(drawing.stroke_count() <= 3, "{} strokes", drawing.stroke_count());
+        let wished = (200.0 + 160.0) * PIXEL;
+        assert!((drawing.length() / wished - 1.0).abs() < 0.06, "{} m for {wished} m", drawing.length());
+    }
+
+    #[test]
+    fn specks_and_flat_pictures_have_no_lines() {
+        let specks = picture(|x, y| if (x % 40.0).hypot(y % 40.0) < 1.5 { 0.0 } else { 1.0 });
+        assert!(matches!(lines(&specks, &OPTIONS), Err(ArtError::NothingToDraw { .. })));
+        assert!(matches!(lines(&picture(|_, _| 0.5), &OPTIONS), Err(ArtError::NothingToDraw { .. })));
+        let one = Picture::from_pixels(1, 1, vec![[0.0; 3]]).unwrap();
+        assert!(matches!(lines(&one, &OPTIONS), Err(ArtError::NothingToDraw { .. })));
+        let bad = EdgeOptions { contrast: f64::NAN, ..OPTIONS };
+        assert!(matches!(lines(&one, &bad), Err(ArtError::BadOption { name: "contrast", .. })));
+    }
+}

@@ -7,6 +7,8 @@ use crate::drawing::tidy::{resample, simplify};
 
 /// Tones at which lines begin: as many steps between none and all.
 const STEPS: usize = 16;
+/// Share of the lines below which none is drawn: stray lines look like mistakes.
+const FEWEST: f32 = 0.15;
 /// Standard deviation of the means along a line, line widths, by which small changes of tone don't break it.
 const MEAN: f64 = 1.5;
 /// Shortest gap in a line, as a share of the shortest line.
@@ -56,7 +58,7 @@ pub(super) fn lines(layer: &Layer, seed: u64, name: u64) -> Vec<Vec<Point2<f64>>
     let mut out = Vec::new();
     for line in whole {
         let step = order.place(layer, &line);
-        let begins = (step as f32 + 0.5) / STEPS as f32;
+        let begins = ((step as f32 + 0.5) / STEPS as f32).max(FEWEST);
         for run in runs(layer, &line, begins) {
             let piece = trimmed(&line[run.0..run.1], std::f64::consts::PI / 8.0 * layer.width);
             if length(&piece) >= layer.min_length.max(1e-9) {

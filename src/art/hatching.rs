@@ -277,3 +277,159 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
     }
     shares
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::picture::Ink;
+
+    const SHEET: Sheet = Sheet { width: 0.12, height: 0.06 };
+    const WIDTH: f64 = 0.4e-3;
+
+    /// A grey picture of this coverage at each pixel, and its tone.
+    fn picture(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> (Picture, Vec<(Tone, f64)>) {
+        let coverage = Plane::from_fn(width, height, f);
+        let pixels = coverage.values.iter().map(|c| [1.0 - c; 3]).collect();
+        let ink = Ink { name: "black".into(), color: Rgb([0; 3]) };
+        (Picture::from_pixels(width, height, pixels).unwrap(), vec![(Tone { ink, coverage }, WIDTH)])
+    }
+
+    fn without_edges() -> HatchOptions {
+        HatchOptions { edges: None, ..HatchOptions::default() }
+    }
+
+    /// Share of each of `parts` vertical strips of the sheet that lines of the width cover, at 16 samples a mm.
+    fn covered(drawing: &Drawing, parts: usize) -> Vec<f64> {
+        let (w, h) = ((drawing.width * 16e3) as usize, (drawing.height * 16e3) as usize);
+        let mut ink = vec![false; w * h];
+        let radius = 0.5 * WIDTH;
+        let place = |i: usize, side: f64| (i as f64 + 0.5) / 16e3 - 0.5 * side;
+        let range = |a: f64, b: f64, side: f64, n: usize| {
+            let cell = |v: f64| ((v + 0.5 * side) * 16e3).max(0.0) as usize;
+            cell(a.min(b) - radius)..(cell(a.max(b) + radius) + 1).min(n)
+        };
+        for p in drawing.layers.iter().flat_map(|l| &l.strokes).flat_map(|s| s.points.windows(2)) {
+            let d = p[1] - p[0];
+            for y in range(p[0].y, p[1].y, drawing.height, h) {
+                for x in range(p[0].x, p[1].x, drawing.width, w) {
+                    let q = Point2::new(place(x, drawing.width), place(y, drawing.height));
+                    let t = ((q - p[0]).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+                    ink[y * w + x] |= (q - (p[0] + d * t)).norm() <= radius;
+                }
+            }
+        }
+        let part = |k: usize| {
+            let columns = w * k / parts..w * (k + 1) / parts;
+            let count = columns.clone().map(|x| (0..h).filter(|y| ink[y * w + x]).count()).sum::<usize>();
+            count as f64 / (columns.len() * h) as f64
+        };
+        (0..parts).map(part).collect()
+    }
+
+    #[test]
+    fn a_ramp_is_drawn_as_dark_as_wished() {
+        let (picture, tones) = picture(480, 240, |x, _| (x as f32 + 0.5) / 480.0);
+        for (directions, darkest) in [(2, 0.8), (3, 0.87), (4, 0.9)] {
+            let options = HatchOptions { directions, ..without_edges() };
+            let drawn = hatching(&tones, &picture, SHEET, &options, 3).unwrap().drawing;
+            let parts = covered(&drawn, 20);
+            for (k, got) in parts.iter().enumerate() {
+                let wished = (k as f64 + 0.5) / 20.0;
+                if (0.05..darkest).contains(&wished) {
+                    // A strip of 6 mm has only a few lines where they stand 4 mm apart.
+                    assert!((got - wished).abs() < 0.045, "{got} for {wished} with {directions} directions");
+                }
+            }
+            let sum = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+            let mean = sum(&parts[1..16]);
+            assert!((mean - 0.425).abs() < 0.015, "{mean} for 0.425 with {directions} directions");
+        }
+    }
+
+    #[test]
+    fn flat_tones_are_as_dark_as_wished_and_lines_stay_inside_and_long() {
+        for tone in [0.06f32, 0.15, 0.3, 0.45, 0.6, 0.75, 0.85] {
+            let (picture, tones) = picture(60, 30, |_, _| tone);
+            let drawn = hatching(&tones, &picture, SHEET, &without_edges(), 3).unwrap().drawing;
+            let got = covered(&drawn, 1)[0];
+            assert!((got - f64::from(tone)).abs() < 0.025, "{got} for {tone}");
+            for stroke in &drawn.layers[0].strokes {
+                assert!(stroke.length() >= 2.4e-3, "a crumb of {} m", stroke.length());
+                let inside =
+                    |p: &Point2<f64>| p.x.abs() <= 0.06 - 0.5 * WIDTH + 1e-9 && p.y.abs() <= 0.03 - 0.5 * WIDTH + 1e-9;
+                assert!(stroke.points.iter().all(inside));
+            }
+        }
+    }
+
+    #[test]
+    fn white_stays_white_beside_black() {
+        let (picture, tones) = picture(240, 120, |x, y| if (x / 40 + y / 40) % 2 == 0 { 0.7 } else { 0.0 });
+        let options = HatchOptions { edges: Some(EdgeOptions::default()), ..HatchOptions::default() };
+        let drawn = hatching(&tones, &picture, SHEET, &options, 3).unwrap().drawing;
+        assert!(drawn.stroke_count() > 100);
+        for p in drawn.layers[0].strokes.iter().flat_map(|s| &s.points) {
+            // One line width into a white square of 20 mm.
+            let from_edge = |v: f64, side: f64| ((v + 0.5 * side) / 0.02).floor() as i64;
+            let depth = |v: f64, side: f64| {
+                let t = ((v + 0.5 * side) / 0.02).rem_euclid(1.0);
+                t.min(1.0 - t) * 0.02
+            };
+            let white = (from_edge(p.x, 0.12) + from_edge(-p.y, 0.06)) % 2 != 0;
+            let deep = depth(p.x, 0.12).min(depth(p.y, 0.06));
+            assert!(!white || deep < WIDTH, "ink {deep} m inside white at {p}");
+        }
+    }
+
+    #[test]
+    fn drawings_are_the_same_at_any_thread_count() {
+        let (picture, tones) = picture(200, 100, |x, y| {
+            let (x, y) = (x as f32 / 200.0, y as f32 / 100.0);
+            0.5 + 0.4 * (9.0 * x + 4.0 * (3.0 * y).sin()).sin()
+        });
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| hatching(&tones, &picture, SHEET, &HatchOptions::default(), 11).unwrap().drawing)
+        };
+        let one = run(1);
+        assert_eq!(one, run(2));
+        assert_ne!(one, hatching(&tones, &picture, SHEET, &HatchOptions::default(), 12).unwrap().drawing);
+    }
+
+    #[test]
+    fn nothing_odd_comes_of_odd_pictures() {
+        let hatch = |w, h, tone: f32| {
+            let (picture, tones) = picture(w, h, |_, _| tone);
+            hatching(&tones, &picture, SHEET, &HatchOptions::default(), 1)
+        };
+        assert!(matches!(hatch(50, 50, 0.0), Err(ArtError::NothingToDraw { .. })));
+        assert!(matches!(hatch(0, 0, 0.0), Err(ArtError::NothingToDraw { .. })));
+        for (w, h) in [(1, 1), (50, 25), (1, 40)] {
+            let black = hatch(w, h, 1.0).unwrap().drawing;
+            let finite =
+                black.layers[0].strokes.iter().flat_map(|s| &s.points).all(|p| p.x.is_finite() && p.y.is_finite());
+            assert!(finite && black.stroke_count() > 0);
+        }
+        let share = covered(&hatch(50, 25, 1.0).unwrap().drawing, 1)[0];
+        assert!(share > 0.9, "black covers {share}");
+    }
+
+    #[test]
+    fn bad_options_are_named() {
+        let (picture, tones) = picture(10, 10, |_, _| 0.5);
+        let named =
+            |options: &HatchOptions, tones: &[(Tone, f64)], sheet| match hatching(tones, &picture, sheet, options, 1) {
+                Err(ArtError::BadOption { name, .. }) => name,
+                other => panic!("{other:?}"),
+            };
+        let good = HatchOptions::default();
+        assert_eq!(named(&HatchOptions { directions: 5, ..good.clone() }, &tones, SHEET), "directions");
+        assert_eq!(named(&HatchOptions { follow: f64::NAN, ..good.clone() }, &tones, SHEET), "follow");
+        assert_eq!(named(&good, &[(tones[0].0.clone(), 0.0)], SHEET), "line_width");
+        assert_eq!(named(&good, &tones, Sheet { width: -1.0, height: 1.0 }), "sheet_width");
+        let mut other = tones.clone();
+        other[0].0.coverage = Plane::filled(3, 3, 0.5);
+        assert_eq!(named(&good, &other, SHEET), "tone");
+    }
+}

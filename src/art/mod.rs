@@ -11,6 +11,7 @@ mod flow;
 mod hatch_lines;
 mod hatching;
 mod painterly;
+mod ink_order;
 mod placement;
 mod stripes;
 
@@ -20,6 +21,7 @@ pub use error::ArtError;
 pub use flow::{Flow, FlowOptions};
 pub use hatching::{HatchOptions, hatching};
 pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
+pub use ink_order::{InkOrder, OrderReport, arrange, shorten_travel};
 pub use placement::Placement;
 
 use crate::drawing::Drawing;

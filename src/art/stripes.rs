@@ -155,7 +155,7 @@ impl Stripes {
                 if row > 0 {
                     behind(down[i - w], wave[i - w]);
                 }
-                let length = sum[0].hypot(sum[1]);
+                let length = (sum[0] * sum[0] + sum[1] * sum[1]).sqrt();
                 if length > 1e-6 {
                     wave[i] = [sum[0] / length, sum[1] / length];
                 }
@@ -181,7 +181,7 @@ impl Stripes {
                         sum = [sum[0] + v[0] * cos + v[1] * sin, sum[1] + v[1] * cos - v[0] * sin];
                     }
                 }
-                let length = sum[0].hypot(sum[1]);
+                let length = (sum[0] * sum[0] + sum[1] * sum[1]).sqrt();
                 out.push(if length > 1e-6 { [sum[0] / length, sum[1] / length] } else { [1.0, 0.0] });
             }
         }
