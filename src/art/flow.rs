@@ -8,6 +8,8 @@ use crate::picture::Plane;
 
 /// Weight of the fallback direction, against 1 for a strong edge at hand. Edges weigh less the farther they are.
 const FALLBACK_WEIGHT: f32 = 1e-5;
+/// Weight of each mean against the next finer one.
+const DECAY: f32 = 0.3;
 /// Side of the largest grid on which wide blurs are made, px: nothing finer is left in them.
 const COARSE: usize = 96;
 
@@ -55,7 +57,7 @@ impl Flow {
         Self::spread(cos2, sin2, weight, options)
     }
 
-    /// Means over scales that double until they span the picture, each a quarter of the weight of the one before.
+    /// Sums means over scales that double until they span the picture.
     fn spread(cos2: Plane, sin2: Plane, weight: Plane, options: &FlowOptions) -> Self {
         let (w, h) = (weight.width(), weight.height());
         let turned = -2.0 * options.fallback;
@@ -63,12 +65,17 @@ impl Flow {
         let mut sums = [start(turned.cos()), start(turned.sin()), start(1.0)];
         let (mut sigma, mut share) = (options.scale.max(0.5), 1.0f32);
         while share > 1e-4 && (share == 1.0 || sigma < w.max(h) as f64) {
-            for (sum, part) in sums.iter_mut().zip([&cos2, &sin2, &weight]) {
-                let mean = wide_blur(part, sigma);
-                sum.values.iter_mut().zip(&mean.values).for_each(|(s, v)| *s += share * v);
+            let means = [&cos2, &sin2, &weight].map(|part| wide_blur(part, sigma));
+            for i in 0..w * h {
+                let [c, s, all] = [0, 1, 2].map(|k| means[k].values[i]);
+                // Where edges disagree, as in noise, wider means decide.
+                let agree = (c * c + s * s).sqrt() / all.max(1e-20);
+                for (sum, mean) in sums.iter_mut().zip([c, s, all]) {
+                    sum.values[i] += share * agree * mean;
+                }
             }
             sigma *= 2.0;
-            share *= 0.25;
+            share *= DECAY;
         }
         let [cos2, sin2, weight] = sums;
         let mut flow = Self { coherence: Plane::filled(w, h, 0.0), cos2, sin2 };

@@ -12,7 +12,7 @@ const FEWEST: f32 = 0.15;
 /// Standard deviation of the means along a line, line widths, by which small changes of tone don't break it.
 const MEAN: f64 = 1.5;
 /// Shortest gap in a line, as a share of the shortest line.
-const GAP: f64 = 0.5;
+const GAP: f64 = 0.8;
 /// Farthest that leaving out points moves a line, line widths.
 const TOLERANCE: f64 = 0.02;
 

@@ -48,7 +48,7 @@ pub struct HatchOptions {
     /// How far round a place its tone decides on the spacing of lines, m: larger gives more even lines, whose tone comes
     /// more from where they end.
     pub evenness: f64,
-    /// Least length of a line, m.
+    /// Least length of a line of the first direction, m; the others' lines are at least 1.5, 2 and 2.5 times as long.
     pub min_length: f64,
     /// Edge lines in the darkest ink, drawn last.
     pub edges: Option<EdgeOptions>,
@@ -149,8 +149,8 @@ fn sheet_flow(picture: &Picture, placement: &Placement, options: &HatchOptions) 
     let lightness = lightness.resized(small(picture.width()), small(picture.height()));
     let pixel = placement.size()[0] / lightness.width() as f64;
     let scale = options.flow_scale / pixel;
-    // Shading that goes from black to white over 100 scales is as good as an edge.
-    let flow = FlowOptions { scale, contrast: 0.02 / scale.max(1.0), fallback: options.angle };
+    // Shading that goes from black to white over 20 scales counts half as much as an edge.
+    let flow = FlowOptions { scale, contrast: 0.05 / scale.max(1.0), fallback: options.angle };
     Flow::of(&lightness, &flow)
 }
 
@@ -202,7 +202,8 @@ fn hatch_ink(
             tone: &tone.values,
             white: WHITE,
             width: width / cell,
-            min_length: options.min_length / cell,
+            // Patches of few short lines across others look like noise.
+            min_length: options.min_length * (1.0 + 0.5 * k as f64) / cell,
         };
         let place = |p: &Point2<f64>| {
             let (x, y) = ((p.x + 0.5) * step_x - 0.5 * sheet_w, 0.5 * sheet_h - (p.y + 0.5) * step_y);
