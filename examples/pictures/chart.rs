@@ -59,7 +59,7 @@ fn pixel(x: usize, y: usize) -> [u8; 4] {
             let (dx, dy) = ((px - 432.0) / 40.0, (py - 240.0) / 26.0);
             opaque(255.0 * (1.0 - 0.9 * (-(dx * dx + dy * dy)).exp()))
         }
-        (288..336, _) => opaque(if (x / 8 + y / 8) % 2 == 0 { 0.0 } else { 255.0 }),
+        (288..336, _) => opaque(if (x / 8 + y / 8).is_multiple_of(2) { 0.0 } else { 255.0 }),
         _ => [0xd4, 0x47, 0x2a, ((x - 352) as f64 * 255.0 / 159.0).round() as u8],
     }
 }
@@ -69,8 +69,8 @@ pub fn chart() -> Vec<u8> {
     (0..WIDTH * HEIGHT).flat_map(|i| pixel(i % WIDTH, i / WIDTH)).collect()
 }
 
-/// Values of the 16-bit ramp, 0 to 1: linear from left to right in the upper half, in 4096 steps' multiples of one
-/// 16-bit level around the middle grey in the lower half, which 8 bits cannot show.
+/// Values of the 16-bit ramp, 0 to 1: upper half from black to white; lower half one 16-bit level a pixel about the
+/// middle grey, which 8 bits cannot show.
 pub fn ramp() -> impl Iterator<Item = f64> {
     let (width, height) = RAMP;
     (0..width * height).map(move |i| {

@@ -294,30 +294,27 @@ impl Scene for Pasture {
     }
 
     fn material(&self, p: V3, n: V3) -> Material {
-        use label as l;
         match Self::nearest(p).1 {
             Part::Ground => {
                 let patch = 0.5 + 0.5 * clouds(v(p.x * 0.5, 0.0, p.z * 0.35), 2);
                 let blade = 0.16 * noise(v(p.x * 14.0, 0.0, p.z * 5.0));
-                let path =
-                    smoothstep(0.75, 0.35, (p.x - 2.2 - 0.12 * p.z - 1.3 * (p.z * 0.22).sin()).abs() - 0.02 * p.z);
                 let grass = mix(hex(0x6f9a35), hex(0xa9b84a), patch.clamp(0.0, 1.0)) * (1.0 + blade);
-                Material::matt(mix(grass, hex(0xcaa873), 0.0 * path)).label(l::GRASS)
+                Material::matt(grass).label(label::GRASS)
             }
             Part::Hill => {
                 let woods = smoothstep(0.1, 0.3, clouds(p * 0.16, 3));
-                Material::matt(mix(hex(0x8ea85e), hex(0x4f7a52), woods)).label(l::HILLS)
+                Material::matt(mix(hex(0x8ea85e), hex(0x4f7a52), woods)).label(label::HILLS)
             }
             Part::Crown => {
                 let leaf = 0.5 + 0.5 * clouds(p * 1.6, 2);
-                Material::matt(mix(hex(0x2f5a2c), hex(0x6a8c34), leaf.clamp(0.0, 1.0))).label(l::TREES)
+                Material::matt(mix(hex(0x2f5a2c), hex(0x6a8c34), leaf.clamp(0.0, 1.0))).label(label::TREES)
             }
-            Part::Trunk => Material::matt(hex(0x5b4330)).label(l::TREES),
+            Part::Trunk => Material::matt(hex(0x5b4330)).label(label::TREES),
             Part::Wall => {
                 let q = turn(-24.0, 0.0, 0.0).inverse() * (p - HOUSE - v(0.0, ground(HOUSE.x, HOUSE.z), 0.0));
                 let pane = |x: f64, y: f64, w: f64, h: f64| (q.x - x).abs() < w && (q.y - y).abs() < h && q.z > 1.5;
                 let dark = pane(0.3, 0.9, 0.5, 1.0) || pane(-1.7, 1.4, 0.5, 0.5) || pane(2.0, 1.4, 0.5, 0.5);
-                let side = q.x.abs() > 2.9 && (q.z.abs() - 0.0) < 0.55 && (q.y - 1.5).abs() < 0.5;
+                let side = q.x.abs() > 2.9 && q.z.abs() < 0.55 && (q.y - 1.5).abs() < 0.5;
                 let frame = pane(-1.7, 1.4, 0.62, 0.62) || pane(2.0, 1.4, 0.62, 0.62) || pane(0.3, 0.95, 0.62, 1.1);
                 let mut colour = hex(0xefe4cb) * (1.0 + 0.05 * clouds(q * 1.5, 2));
                 if frame {
@@ -329,16 +326,18 @@ impl Scene for Pasture {
                 if q.y > 3.3 && n.y.abs() < 0.9 && q.x.abs() < 2.4 {
                     colour = hex(0x9c6a55);
                 }
-                Material::matt(colour).label(l::HOUSE)
+                Material::matt(colour).label(label::HOUSE)
             }
-            Part::Roof => Material::matt(mix(hex(0xb04a2c), hex(0xcf6a3e), 0.5 + 0.5 * noise(p * 2.5))).label(l::ROOF),
+            Part::Roof => {
+                Material::matt(mix(hex(0xb04a2c), hex(0xcf6a3e), 0.5 + 0.5 * noise(p * 2.5))).label(label::ROOF)
+            }
             Part::Cloak => {
-                Material::matt(mix(hex(0x8f2d2a), hex(0xb8443a), 0.5 + 0.5 * noise(p * 3.0))).label(l::PERSON)
+                Material::matt(mix(hex(0x8f2d2a), hex(0xb8443a), 0.5 + 0.5 * noise(p * 3.0))).label(label::PERSON)
             }
-            Part::Skin => Material::matt(hex(0xd99a74)).label(l::PERSON),
-            Part::Hat => Material::matt(hex(0xd9b25a)).label(l::PERSON),
-            Part::Boot => Material::matt(hex(0x3b2a20)).label(l::PERSON),
-            Part::Crook => Material::matt(hex(0x5a3c22)).label(l::PERSON),
+            Part::Skin => Material::matt(hex(0xd99a74)).label(label::PERSON),
+            Part::Hat => Material::matt(hex(0xd9b25a)).label(label::PERSON),
+            Part::Boot => Material::matt(hex(0x3b2a20)).label(label::PERSON),
+            Part::Crook => Material::matt(hex(0x5a3c22)).label(label::PERSON),
             Part::Dog => {
                 let q = turn(-150.0, 0.0, 0.0).inverse() * (p - DOG - v(0.0, ground(DOG.x, DOG.z), 0.0));
                 let chest = smoothstep(0.02, 0.14, q.x - 0.5 * (q.y - 0.45).abs() - 0.03);
@@ -352,13 +351,13 @@ impl Scene for Pasture {
                 if eye < 0.0 {
                     colour = hex(0x100c0a);
                 }
-                Material::matt(colour).glossy(0.08, 10.0).label(l::DOG)
+                Material::matt(colour).glossy(0.08, 10.0).label(label::DOG)
             }
             Part::Wool(i) => {
                 let wool = [hex(0xf3ead6), hex(0xe9dcc2), hex(0xf0e6d2)][i];
-                Material { wrap: grey(0.2), ..Material::matt(wool) }.label(l::SHEEP[i])
+                Material { wrap: grey(0.2), ..Material::matt(wool) }.label(label::SHEEP[i])
             }
-            Part::Face(i) => Material::matt([hex(0x3a2f2a), hex(0x3a2f2a), hex(0x6a5546)][i]).label(l::SHEEP[i]),
+            Part::Face(i) => Material::matt([hex(0x3a2f2a), hex(0x3a2f2a), hex(0x6a5546)][i]).label(label::SHEEP[i]),
         }
     }
 

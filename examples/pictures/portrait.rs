@@ -47,13 +47,13 @@ impl Portrait {
         let world_from_head = turn(-36.0, 4.0, 4.0);
         let gaze = (world_from_head.inverse() * v(-0.06, 0.0, 1.0)).normalize();
         let light = Light {
-            sun: v(-0.80, 0.52, 0.42).normalize(),
+            sun: v(-0.75, 0.52, 0.50).normalize(),
             sun_colour: v(1.12, 1.04, 0.92) * 1.12,
             hardness: 5.5,
             sky: v(0.22, 0.23, 0.25) * 0.65,
             ground: v(0.16, 0.11, 0.08) * 0.6,
             rim: v(0.85, 0.35, -0.55).normalize(),
-            rim_colour: v(0.75, 0.68, 0.6) * 1.1,
+            rim_colour: v(0.75, 0.68, 0.6) * 1.5,
             occlusion: 3.5,
         };
         Portrait { world_from_head, world_from_body: turn(-58.0, 0.0, 0.0), gaze, light }
@@ -64,7 +64,8 @@ impl Portrait {
     }
 
     fn skin(&self, p: V3) -> f64 {
-        let q = v(p.x.abs(), p.y, p.z);
+        // both halves at once, without a crease in the middle
+        let q = v(p.x.hypot(0.25), p.y, p.z);
         let mut d = ellipsoid(p, v(0.0, 3.0, -1.0), v(7.2, 8.2, 9.2));
         d = join(d, ellipsoid(p, v(0.0, -2.4, 2.4), v(6.0, 8.2, 6.5)), 2.5);
         // jaw, chin, cheekbones
@@ -170,12 +171,10 @@ impl Portrait {
         let mut d = ellipsoid(body, v(0.0, -34.0, -3.0), v(20.5, 17.5, 10.5));
         d = join(d, ellipsoid(body, v(0.0, -21.5, -3.5), v(9.5, 5.0, 7.0)), 5.0);
         // folds hang from the shoulders, of uneven width, and slacken upwards
-        let fan = body.x.atan2(body.z + 14.0) * 3.2;
-        let sway = 0.5 * noise(v(body.x * 0.12, body.y * 0.12, body.z * 0.12));
-        let broad = noise(v(fan + sway + 0.035 * body.y, body.y * 0.045, 3.0));
-        let fine = noise(v(fan * 2.7 + 2.0 * sway - 0.09 * body.y, body.y * 0.07, 9.0));
-        let fall = smoothstep(-17.0, -29.0, body.y);
-        (d - fall * (1.9 * broad + 0.8 * fine.abs())) * 0.55
+        let fan = body.x.atan2(body.z + 14.0) * 3.6 + 0.9 * noise(v(body.x * 0.10, body.y * 0.07, 3.0)) - 0.05 * body.y;
+        let ridge = |s: f64| (-(s.sin() / 0.6).powi(2)).exp();
+        let fall = smoothstep(-17.0, -25.0, body.y);
+        (d - fall * (1.7 * ridge(fan) + 0.7 * ridge(fan * 2.3 + 0.9 + 0.06 * body.y))) * 0.55
     }
 
     fn collar(&self, body: V3) -> f64 {
@@ -238,7 +237,7 @@ impl Portrait {
             let under = smoothstep(0.16, 0.05, (e.y - lower + 0.06).abs()) * smoothstep(1.7, 1.3, e.x.abs());
             colour = mix(colour, hex(0x7a3b2c), 0.6 * under);
         }
-        Material { albedo: colour, gloss: 0.05 + 0.25 * lips, shine: 16.0, wrap: v(0.34, 0.18, 0.12), label: 0 }
+        Material { albedo: colour, gloss: 0.05 + 0.25 * lips, shine: 16.0, wrap: v(0.29, 0.18, 0.13), label: 0 }
     }
 
     fn eye_colour(&self, p: V3) -> Material {
@@ -261,7 +260,7 @@ impl Scene for Portrait {
         self.nearest(p).0
     }
 
-    fn material(&self, p: V3, _normal: V3) -> Material {
+    fn material(&self, p: V3, normal: V3) -> Material {
         let head = self.world_from_head.inverse() * p;
         let body = self.world_from_body.inverse() * p;
         match self.nearest(p).1 {
@@ -280,15 +279,21 @@ impl Scene for Portrait {
             }
             Part::Tail => {
                 let band = smoothstep(-14.2, -13.8, head.y) * smoothstep(-11.8, -12.2, head.y);
-                Material::matt(mix(hex(0xf2b43c), hex(0x2f5fae), band)).glossy(0.15, 12.0)
+                let dye = mix(hex(0xffc64a), hex(0x3f74c4), band);
+                Material { wrap: grey(0.5), ..Material::matt(dye).glossy(0.15, 12.0) }
             }
             Part::Coat => {
                 let weave = 1.0 + 0.10 * clouds(body * 0.35, 2);
-                Material::matt(mix(hex(0x9a5526), hex(0xc98a3e), smoothstep(-0.3, 0.6, clouds(body * 0.11, 2))) * weave)
-                    .glossy(0.06, 8.0)
+                Material::matt(hex(0xad6a2c) * weave).glossy(0.06, 8.0)
             }
             Part::Collar => Material::matt(hex(0xf1ead9)),
-            Part::Pearl => Material { wrap: grey(0.5), ..Material::matt(hex(0xf0efe8)).glossy(1.6, 30.0) },
+            Part::Pearl => {
+                // the window above and the collar below are mirrored in it, shaded or not
+                let window = smoothstep(0.50, 0.28, (normal - v(-0.42, 0.52, 0.74)).norm());
+                let collar = smoothstep(0.75, 0.25, (normal - v(-0.25, -0.75, 0.60)).norm());
+                let lit = mix(mix(hex(0x9aa0a4), hex(0xf2ece0), 0.8 * collar), grey(7.0), window);
+                Material { wrap: grey(0.5), ..Material::matt(lit).glossy(0.4, 30.0) }
+            }
         }
     }
 
