@@ -153,19 +153,15 @@ fn openness(scene: &impl Scene, p: V3, n: V3, reach: f64) -> f64 {
 
 fn trace(scene: &impl Scene, camera: &Camera, ray: &Ray) -> Hit {
     let mut t = camera.near;
-    let mut found = false;
-    for _ in 0..220 {
+    // a ray that has run out of steps grazes something: only one that has left the scene sees the backdrop
+    for _ in 0..260 {
         let d = scene.distance(ray.origin + ray.direction * t);
-        if d < 2e-4 * t * camera.view {
-            found = true;
-            break;
-        }
         t += d * 0.85;
-        if t > camera.far {
+        if d < 2e-4 * t * camera.view || t > camera.far {
             break;
         }
     }
-    if !found {
+    if t > camera.far {
         let (colour, label) = scene.backdrop(ray.u, ray.v, ray.direction);
         return Hit { colour, depth: f64::INFINITY, label };
     }

@@ -60,6 +60,7 @@ enum Part {
     Roof,
     Cloak,
     Skin,
+    Beard,
     Hat,
     Boot,
     Crook,
@@ -129,7 +130,7 @@ impl Pasture {
         let m = v(q.x, q.y, q.z.abs());
         face = join(face, ellipsoid(m, poll + v(-0.05, 0.03, 0.20), v(0.06, 0.05, 0.13)), 0.03);
         for (lx, swing) in [(0.38, 0.05), (-0.40, -0.05)] {
-            face = face.min(rod(m, v(lx, 0.5, 0.2), v(lx + swing, 0.03, 0.2), 0.065, 0.045));
+            face = face.min(rod(m, v(lx, 0.5, 0.18), v(lx + swing, -0.02, 0.18), 0.055, 0.036));
         }
         let (d, part) = if wool < face { (wool, Part::Wool(index)) } else { (face, Part::Face(index)) };
         (d * size * 0.8, part)
@@ -163,9 +164,16 @@ impl Pasture {
         let head =
             join(ellipsoid(q, v(0.0, 1.73, 0.02), v(0.115, 0.145, 0.13)), ball(q, v(0.0, 1.71, 0.155), 0.025), 0.05);
         offer(head.min(ball(q, v(0.48, 1.24, 0.46), 0.065)), Part::Skin);
+        let beard = join(
+            ellipsoid(q, v(0.0, 1.63, 0.10), v(0.085, 0.10, 0.06)),
+            rod(v(q.x.abs(), q.y, q.z), v(0.10, 1.76, 0.0), v(0.07, 1.66, 0.08), 0.03, 0.035),
+            0.05,
+        );
+        offer(beard + 0.01 * noise(q * 22.0), Part::Beard);
+        offer(ball(v(q.x.abs(), q.y, q.z), v(0.045, 1.745, 0.135), 0.017), Part::Boot);
         let hat = join(
-            ellipsoid(q, v(0.0, 1.88, 0.0), v(0.14, 0.13, 0.15)),
-            ellipsoid(q, v(0.0, 1.84 + 0.05 * q.x.abs() + 0.12 * q.z, 0.0), v(0.28, 0.035, 0.28)),
+            ellipsoid(q, v(0.0, 1.90, 0.0), v(0.14, 0.13, 0.15)),
+            ellipsoid(q, v(0.0, 1.865 + 0.05 * q.x.abs() + 0.06 * q.z, 0.0), v(0.28, 0.035, 0.28)),
             0.06,
         );
         offer(hat, Part::Hat);
@@ -335,6 +343,7 @@ impl Scene for Pasture {
                 Material::matt(mix(hex(0x8f2d2a), hex(0xb8443a), 0.5 + 0.5 * noise(p * 3.0))).label(label::PERSON)
             }
             Part::Skin => Material::matt(hex(0xd99a74)).label(label::PERSON),
+            Part::Beard => Material::matt(hex(0xded6c8)).label(label::PERSON),
             Part::Hat => Material::matt(hex(0xd9b25a)).label(label::PERSON),
             Part::Boot => Material::matt(hex(0x3b2a20)).label(label::PERSON),
             Part::Crook => Material::matt(hex(0x5a3c22)).label(label::PERSON),
