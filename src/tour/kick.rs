@@ -71,7 +71,8 @@ fn choose(optimiser: &Optimiser, node: u32, dice: &mut Dice) -> Option<(u32, [u3
         let mut at = node;
         for _ in 0..WALK {
             let (to, _) = optimiser.neighbours[at as usize][dice.below(CHOICE) as usize];
-            if to != NONE {
+            // nowhere, the end of an open tour, is everyone's neighbour, but no way leads on from it
+            if to != NONE && optimiser.neighbours[to as usize][0].0 != NONE {
                 at = to;
             }
         }
