@@ -52,7 +52,7 @@ pub(super) fn kick(optimiser: &mut Optimiser, node: u32, dice: &mut Dice) -> f64
         optimiser.look_at(x);
         optimiser.look_at(y);
     }
-    let won = won + optimiser.settle();
+    let won = won + optimiser.settle(-won);
     if won < 0.0 {
         optimiser.tour.undo();
     }

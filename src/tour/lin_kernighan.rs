@@ -90,7 +90,10 @@ impl Optimiser {
 
     /// Looks at the listed nodes, and at those that moves touch, until no move shortens the tour; returns by how much
     /// it got shorter.
-    pub(super) fn settle(&mut self) -> f64 {
+    ///
+    /// Stops early where that is `debt`, by which a kick had made the tour longer: lengths are exact, so that this is
+    /// hardly ever another tour than the one before the kick, in which there was nothing left to look for.
+    pub(super) fn settle(&mut self, debt: f64) -> f64 {
         let mut total = 0.0;
         while self.queue_head < self.queue.len() {
             let node = self.queue[self.queue_head];
@@ -98,6 +101,12 @@ impl Optimiser {
             self.queued[node as usize] = false;
             while let Some(gain) = self.improve(node) {
                 total += gain;
+                if total == debt {
+                    for node in self.queue.drain(self.queue_head..) {
+                        self.queued[node as usize] = false;
+                    }
+                    break;
+                }
             }
         }
         self.queue.clear();

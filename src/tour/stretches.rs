@@ -68,7 +68,7 @@ pub(super) fn settle(map: &Map, tour: &mut [u32]) {
     for i in 0..tour.len() as u32 {
         optimiser.look_at(i);
     }
-    optimiser.settle();
+    optimiser.settle(0.0);
     let new: Vec<u32> = optimiser.tour.order().iter().map(|&i| tour[i as usize]).collect();
     tour.copy_from_slice(&new);
 }
