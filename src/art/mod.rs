@@ -23,6 +23,14 @@ pub use hatching::{HatchOptions, hatching};
 pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
 pub use ink_order::{InkOrder, OrderReport, arrange, shorten_travel};
 pub use placement::Placement;
+mod error;
+mod placement;
+pub mod stipple;
+mod voronoi;
+
+pub use error::ArtError;
+pub use placement::Placement;
+pub use stipple::{Dot, DotCount, StippleOptions, stipple};
 
 use crate::drawing::Drawing;
 use crate::picture::Image;
