@@ -42,17 +42,25 @@ impl PenBrush {
     /// pen. Between two points there are at most about half a line's width, except across a zigzag.
     ///
     /// The spine is resampled; its ends become round. What is farther than `room` from the origin, across and up, is cut off
-    /// as if by masking tape; the result is empty when that is all.
+    /// as if by masking tape.
     pub fn pen_line(&self, spine: &[Point2<f64>], room: [f64; 2]) -> Vec<Point2<f64>> {
         if spine.is_empty() {
             return Vec::new();
         }
         let spine = Spine::new(spine, 0.5 * self.line);
-        match self.fill {
+        let way = match self.fill {
             _ if self.is_line() => taped(&spine.points, room),
             BrushFill::Bundle => self.bundle(&spine, room),
             BrushFill::Zigzag => taped(&self.zigzag(&spine), room),
+        };
+        if !way.is_empty() {
+            return way;
         }
+        // All of it lies within half a line of the edge, or beyond: the edge is as near as the pen gets.
+        let edge = |p: &Point2<f64>| Point2::new(p.x.clamp(-room[0], room[0]), p.y.clamp(-room[1], room[1]));
+        let mut way: Vec<_> = spine.points.iter().map(edge).collect();
+        way.dedup();
+        way
     }
 
     fn bundle(&self, spine: &Spine, room: [f64; 2]) -> Vec<Point2<f64>> {

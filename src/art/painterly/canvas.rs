@@ -2,7 +2,7 @@
 use rayon::prelude::*;
 
 use crate::math::{PAPER, Rgb, linear_from_srgb};
-use crate::picture::Picture;
+use crate::picture::{Oklab, Picture, oklab_distance2, oklab_from_linear};
 
 /// A difference of hue disturbs more than Oklab's plain distance says, because a palette of few inks can match lightness by
 /// mixing but not hue: `a` and `b` weigh this much.
@@ -23,26 +23,10 @@ pub(super) fn wash(ink: Rgb) -> Wash {
     })
 }
 
-/// The cube root of a number in 0..=1, to a few units of 1e-6: a guess from the exponent and two steps of Halley.
-fn cube_root(v: f32) -> f32 {
-    let mut y = f32::from_bits(v.to_bits() / 3 + 709_921_077);
-    for _ in 0..2 {
-        let cube = y * y * y;
-        y *= (cube + 2.0 * v) / (2.0 * cube + v + f32::MIN_POSITIVE);
-    }
-    y
-}
-
-/// Oklab (B. Ottosson 2020) of linear light, with `a` and `b` weighed by [`CHROMA`].
-pub(super) fn perceived([r, g, b]: [f32; 3]) -> [f32; 3] {
-    let l = cube_root(0.412_221_46 * r + 0.536_332_55 * g + 0.051_445_995 * b);
-    let m = cube_root(0.211_903_5 * r + 0.680_699_5 * g + 0.107_396_96 * b);
-    let s = cube_root(0.088_302_46 * r + 0.281_718_85 * g + 0.629_978_7 * b);
-    [
-        0.210_454_26 * l + 0.793_617_8 * m - 0.004_072_047 * s,
-        CHROMA * (1.977_998_5 * l - 2.428_592_2 * m + 0.450_593_7 * s),
-        CHROMA * (0.025_904_037 * l + 0.782_771_77 * m - 0.808_675_77 * s),
-    ]
+/// Oklab of linear light, with `a` and `b` weighed by [`CHROMA`].
+pub(super) fn perceived(light: [f32; 3]) -> Oklab {
+    let [l, a, b] = oklab_from_linear(light);
+    [l, CHROMA * a, CHROMA * b]
 }
 
 /// Light after a wash that covers this share of a place.
@@ -58,7 +42,7 @@ pub(super) struct Canvas {
     /// Linear light of each pixel.
     pub light: Vec<[f32; 3]>,
     /// What each pixel is wished to look like.
-    target: Vec<[f32; 3]>,
+    target: Vec<Oklab>,
     /// `|I - C|^2` of each pixel.
     error: Vec<f32>,
     washes: Vec<Wash>,
@@ -76,7 +60,7 @@ impl Canvas {
         let wished = |p: &[f32; 3]| perceived(std::array::from_fn(|k| p[k].clamp(0.0, paper[k])));
         let target: Vec<_> = picture.pixels.par_iter().map(wished).collect();
         let light = vec![paper; target.len()];
-        let error = light.iter().zip(&target).map(|(l, t)| distance(perceived(*l), *t)).collect();
+        let error = light.iter().zip(&target).map(|(l, t)| oklab_distance2(perceived(*l), *t)).collect();
         let mut worths = vec![0.0; light.len() * washes.len()];
         let inks = washes.len().max(1);
         let (width, height) = (picture.width(), picture.height());
@@ -101,7 +85,7 @@ impl Canvas {
     pub fn exact_gain(&self, mask: impl Iterator<Item = (usize, f32)>, ink: usize) -> f64 {
         let change = |(at, coverage)| {
             let after = perceived(washed(self.light[at], self.washes[ink], coverage));
-            f64::from(self.error[at] - distance(after, self.target[at]))
+            f64::from(self.error[at] - oklab_distance2(after, self.target[at]))
         };
         mask.map(change).sum()
     }
@@ -112,7 +96,7 @@ impl Canvas {
         let mut worths = std::mem::take(&mut self.worths);
         for (at, coverage) in mask {
             self.light[at] = washed(self.light[at], self.washes[ink], coverage);
-            self.error[at] = distance(perceived(self.light[at]), self.target[at]);
+            self.error[at] = oklab_distance2(perceived(self.light[at]), self.target[at]);
             self.weigh(at, &mut worths[at * inks..(at + 1) * inks]);
         }
         self.worths = worths;
@@ -127,15 +111,9 @@ impl Canvas {
     fn weigh(&self, at: usize, worths: &mut [f32]) {
         let mut best = 0f32;
         for (worth, wash) in worths.iter_mut().zip(&self.washes) {
-            *worth = self.error[at] - distance(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
+            *worth = self.error[at] - oklab_distance2(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
             best = best.max(*worth);
         }
         worths.iter_mut().for_each(|worth| *worth -= self.regret * (best - *worth));
     }
-}
-
-/// Square of the distance of two perceived colours.
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let d: [f32; 3] = std::array::from_fn(|k| a[k] - b[k]);
-    d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
 }

@@ -1,4 +1,6 @@
 //! A brush stroke grown from a seed, and what it is worth.
+use std::f64::consts::{FRAC_PI_4, PI};
+
 use nalgebra::{Point2, Vector2};
 
 use super::canvas::Canvas;
@@ -68,6 +70,8 @@ pub(super) struct Seed {
     pub corner: [u32; 2],
     /// By how much the stroke turns from the flow, rad.
     pub turn: f32,
+    /// Share of the longest stroke that this one may have: ends in a row would make seams.
+    pub length: f32,
 }
 
 /// Grows the best stroke from a seed.
@@ -88,10 +92,10 @@ pub(super) fn grow(seed: Seed, layers: &[Layer], habits: &Habits, canvas: &Canva
         let (controls, worth) = if layer.steps[1] == 0 {
             (vec![start], dot)
         } else {
-            brush.best_part(&brush.follow(layer, habits, start, f64::from(seed.turn)), layer)?
+            brush.best_part(&brush.follow(layer, habits, start, seed), layer)?
         };
         let length = (controls.len() - 1) as f64 * layer.step;
-        let area = brush.radius * (2.0 * length + std::f64::consts::PI * brush.radius);
+        let area = brush.radius * (2.0 * length + PI * brush.radius);
         (worth > habits.threshold * (area + habits.extra)).then(|| {
             let bounds = brush.bounds(&controls);
             Candidate { ink, layer: usize::from(seed.layer), controls, worth, bounds }
@@ -155,48 +159,64 @@ impl Brush<'_> {
         sum * spacing * spacing
     }
 
-    /// The contiguous part of a path that is worth most, at least the layer's fewest steps long, and its worth.
+    /// The contiguous part of a path that is worth most with its round ends, at least the layer's fewest steps long, and its
+    /// worth.
     fn best_part(&self, path: &[Point2<f64>], layer: &Layer) -> Option<(Vec<Point2<f64>>, f64)> {
         let (pieces, least) = (path.len() - 1, layer.steps[0].max(1));
         if pieces < least {
             return None;
         }
-        let (spacing, across) = self.samples();
-        let along = (layer.step / spacing).ceil();
-        let mut sums = vec![0.0f64; pieces + 1];
-        for i in 0..pieces {
-            let d = path[i + 1] - path[i];
-            let side = Vector2::new(-d.y, d.x) / layer.step;
-            let mut sum = 0.0;
-            for k in 0..along as usize {
-                let middle = path[i] + (k as f64 + 0.5) / along * d;
-                for j in 0..across {
-                    sum += self.worth(middle + ((j as f64 + 0.5) * spacing - self.radius) * side);
-                }
-            }
-            sums[i + 1] = sums[i] + sum * spacing * layer.step / along;
+        // What a round end covers is the share of a disc in its square of the next so many pieces.
+        let cap = (self.radius / layer.step).ceil() as usize;
+        let share = FRAC_PI_4 * self.radius / (cap as f64 * layer.step);
+        let (head, tail) = (path[0] - path[1], path[pieces] - path[pieces - 1]);
+        let before = (1..=cap).rev().map(|i| path[0] + i as f64 * head);
+        let after = (1..=cap).map(|i| path[pieces] + i as f64 * tail);
+        let mut sums = Vec::with_capacity(path.len() + 2 * cap);
+        let mut last: Option<Point2<f64>> = None;
+        let mut sum = 0.0;
+        for p in before.chain(path.iter().copied()).chain(after) {
+            sum += last.map_or(0.0, |last| self.piece(last, p, layer.step));
+            sums.push(sum);
+            last = Some(p);
         }
+        let start = |i: usize| sums[i + cap] - share * (sums[i + cap] - sums[i]);
+        let end = |i: usize| sums[i + cap] + share * (sums[i + 2 * cap] - sums[i + cap]);
         let (mut lowest, mut best) = (0, (f64::NEG_INFINITY, 0, 0));
-        for end in least..=pieces {
-            if sums[end - least] < sums[lowest] {
-                lowest = end - least;
+        for last in least..=pieces {
+            if start(last - least) < start(lowest) {
+                lowest = last - least;
             }
-            let worth = sums[end] - sums[lowest];
+            let worth = end(last) - start(lowest);
             if worth > best.0 {
-                best = (worth, lowest, end);
+                best = (worth, lowest, last);
             }
         }
         let (worth, first, last) = best;
-        // The round ends are half a dot each.
-        let ends = 0.5 * (self.dot(path[first]) + self.dot(path[last]));
-        (worth > 0.0).then(|| (path[first..=last].to_vec(), worth + ends))
+        (worth > 0.0).then(|| (path[first..=last].to_vec(), worth))
+    }
+
+    /// What the brush is worth between two control points.
+    fn piece(&self, a: Point2<f64>, b: Point2<f64>, step: f64) -> f64 {
+        let (spacing, across) = self.samples();
+        let along = (step / spacing).ceil();
+        let d = b - a;
+        let side = Vector2::new(-d.y, d.x) / step;
+        let mut sum = 0.0;
+        for k in 0..along as usize {
+            let middle = a + (k as f64 + 0.5) / along * d;
+            for j in 0..across {
+                sum += self.worth(middle + ((j as f64 + 0.5) * spacing - self.radius) * side);
+            }
+        }
+        sum * spacing * step / along
     }
 
     /// The control points of a stroke that follows the flow both ways from its start, turned by an angle, as far as its ink
     /// does good.
-    fn follow(&self, layer: &Layer, habits: &Habits, start: Point2<f64>, turn: f64) -> Vec<Point2<f64>> {
-        let most = layer.steps[1];
-        let rotation = nalgebra::Rotation2::new(turn);
+    fn follow(&self, layer: &Layer, habits: &Habits, start: Point2<f64>, seed: Seed) -> Vec<Point2<f64>> {
+        let most = ((layer.steps[1] as f64 * f64::from(seed.length)) as usize).max(layer.steps[0]);
+        let rotation = nalgebra::Rotation2::new(f64::from(seed.turn));
         let first = rotation * layer.flow.direction(start);
         // The offset lines of a bundle stay sound while the curve is no tighter than the brush.
         let (sin, cos) = (0.8 * layer.step / self.radius).min(1.5).sin_cos();
