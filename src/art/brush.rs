@@ -1,4 +1,6 @@
 //! Brush strokes as a pen draws them: one line, a bundle of lines side by side, or a zigzag.
+use std::f64::consts::TAU;
+
 use nalgebra::{Point2, Vector2};
 
 /// How a pen fills a brush stroke that is wider than its line.
@@ -50,6 +52,7 @@ impl PenBrush {
         let spine = Spine::new(spine, 0.5 * self.line);
         let way = match self.fill {
             _ if self.is_line() => taped(&spine.points, room),
+            _ if spine.points.len() == 1 => taped(&self.spiral(spine.points[0]), room),
             BrushFill::Bundle => self.bundle(&spine, room),
             BrushFill::Zigzag => taped(&self.zigzag(&spine), room),
         };
@@ -76,6 +79,22 @@ impl PenBrush {
             way.extend(line);
         }
         way
+    }
+
+    /// A round dot: once round its rim, then inwards to its middle.
+    fn spiral(&self, middle: Point2<f64>) -> Vec<Point2<f64>> {
+        let (half, step) = (self.radius - 0.5 * self.line, 0.5 * self.line);
+        let mut way = Vec::new();
+        let mut angle = 0.0f64;
+        loop {
+            let radius = half - (angle / TAU - 1.0).max(0.0) * self.line / self.coverage;
+            if radius <= 0.0 {
+                way.push(middle);
+                return way;
+            }
+            way.push(middle + radius * Vector2::new(angle.cos(), angle.sin()));
+            angle += step / radius.max(step);
+        }
     }
 
     fn zigzag(&self, spine: &Spine) -> Vec<Point2<f64>> {

@@ -34,9 +34,6 @@ use selection::Selection;
 const PX_PER_LINE: f64 = 3.0;
 /// Longest side of the working canvas, px.
 const LONGEST: f64 = 1200.0;
-/// Radius of the largest brush, in sides of the square that each stroke of the budget has for itself. Strokes are some ten
-/// radii long, so about half of the budget covers the sheet, and half is left for detail.
-const REACH: f64 = 0.4;
 /// Shares of the longest stroke, from this to 1, that strokes may have.
 const SHORTEST: f32 = 0.4;
 /// Pictures of progress.
@@ -173,7 +170,8 @@ impl Painting {
             // Much happens early: frame k of n shows (k/n)^2 of the strokes.
             let k = frames.len() + 1;
             if k <= FRAMES && (i + 1) * (FRAMES + 1).pow(2) >= n * k * k {
-                let caption = format!("After {} of {n} strokes", i + 1);
+                let share = 100.0 * canvas.difference() / self.blank.difference();
+                let caption = format!("After {} of {n} strokes: {share:.0} % of the squared difference is left", i + 1);
                 frames.push(plate(&format!("frame-{k}"), &caption, &canvas.picture()));
             }
         }
@@ -223,7 +221,9 @@ fn wished(flat: &Flat, original: &Picture, size: [usize; 2], flatness: f64, sigm
 fn brushes(options: &PainterlyOptions, [wide, high]: [f64; 2], line: f64) -> Vec<PenBrush> {
     let mut radii = options.radii.clone();
     if radii.is_empty() {
-        let mut radius = (REACH * (wide * high / options.strokes as f64).sqrt()).max(1.5 * line);
+        // A stroke covers a disc and a band; about half as many as there may be cover all, and half are left for detail.
+        let radii2 = 2.5 + 0.33 * options.max_length;
+        let mut radius = (wide * high / (options.strokes as f64 * radii2)).sqrt().max(1.5 * line);
         while radius > 1.2 * line {
             radii.push(radius);
             radius *= 0.5;
