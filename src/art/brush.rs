@@ -277,3 +277,114 @@ fn resampled(points: &[Point2<f64>], step: f64) -> (Vec<Point2<f64>>, f64) {
     even.push(*last);
     (even, step)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const WIDE: [f64; 2] = [1e3, 1e3];
+
+    /// Distance of a place from a polyline.
+    fn distance(line: &[Point2<f64>], p: Point2<f64>) -> f64 {
+        let segment = |w: &[Point2<f64>]| {
+            let d = w[1] - w[0];
+            let t = ((p - w[0]).dot(&d) / d.norm_squared().max(1e-300)).clamp(0.0, 1.0);
+            (w[0] + t * d - p).norm()
+        };
+        let ends = line.iter().map(|q| (q - p).norm());
+        line.windows(2).map(segment).chain(ends).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A bend of this angle, rad, on a circle of this radius.
+    fn bend(radius: f64, angle: f64) -> Vec<Point2<f64>> {
+        let at = |i: i32| {
+            let a = angle * f64::from(i) / 60.0;
+            Point2::new(radius * a.sin(), radius * (1.0 - a.cos()))
+        };
+        (0..=60).map(at).collect()
+    }
+
+    /// Shares of the brush's area that the pen leaves bare, and of the pen's area that lies beyond the brush.
+    fn bare_and_beyond(brush: &PenBrush, spine: &[Point2<f64>]) -> (f64, f64) {
+        let way = brush.pen_line(spine, WIDE);
+        let (mut area, mut bare, mut inked, mut beyond) = (0, 0, 0, 0);
+        let step = 0.1 * brush.line;
+        let low = spine.iter().fold([f64::INFINITY; 2], |l, p| [l[0].min(p.x), l[1].min(p.y)]);
+        let high = spine.iter().fold([f64::NEG_INFINITY; 2], |h, p| [h[0].max(p.x), h[1].max(p.y)]);
+        let margin = brush.radius + brush.line;
+        let cells = |k: usize| ((high[k] - low[k] + 2.0 * margin) / step) as usize;
+        for (i, j) in (0..cells(0)).flat_map(|i| (0..cells(1)).map(move |j| (i, j))) {
+            let p = Point2::new(low[0] - margin + i as f64 * step, low[1] - margin + j as f64 * step);
+            let (brushed, drawn) = (distance(spine, p) <= brush.radius, distance(&way, p) <= 0.5 * brush.line);
+            area += usize::from(brushed);
+            bare += usize::from(brushed && !drawn);
+            inked += usize::from(drawn);
+            beyond += usize::from(drawn && !brushed);
+        }
+        (f64::from(bare as u32) / f64::from(area as u32), f64::from(beyond as u32) / f64::from(inked as u32))
+    }
+
+    #[test]
+    fn a_bundle_covers_its_brush_and_little_else() {
+        for radius in [0.9, 1.6, 4.0] {
+            let brush = PenBrush { radius, line: 0.8, coverage: 1.0 / 0.9, fill: BrushFill::Bundle };
+            for angle in [1e-3, 1.0, 2.5] {
+                let (bare, beyond) = bare_and_beyond(&brush, &bend(8.0 * radius / angle, angle));
+                assert!(bare < 0.03 && beyond < 0.01, "{radius} {angle}: {bare} bare, {beyond} beyond");
+            }
+            let (bare, beyond) = bare_and_beyond(&brush, &[Point2::origin()]);
+            assert!(bare < 0.04 && beyond < 0.01, "dot of {radius}: {bare} bare, {beyond} beyond");
+        }
+    }
+
+    #[test]
+    fn a_zigzag_stays_in_its_brush_and_covers_most_of_it() {
+        let brush = PenBrush { radius: 3.0, line: 0.8, coverage: 1.3, fill: BrushFill::Zigzag };
+        let (bare, beyond) = bare_and_beyond(&brush, &bend(20.0, 1.2));
+        assert!(bare < 0.25 && beyond < 0.02, "{bare} bare, {beyond} beyond");
+    }
+
+    #[test]
+    fn a_bend_as_tight_as_its_brush_makes_no_loops() {
+        let brush = PenBrush { radius: 3.0, line: 0.8, coverage: 1.0, fill: BrushFill::Bundle };
+        for radius in [1.0, 2.0, 3.0] {
+            let spine = bend(radius, 3.0);
+            let (bare, beyond) = bare_and_beyond(&brush, &spine);
+            assert!(bare < 0.1 && beyond < 0.02, "{radius}: {bare} bare, {beyond} beyond");
+        }
+    }
+
+    #[test]
+    fn a_brush_as_fine_as_the_pen_is_one_line_or_a_point() {
+        let brush = PenBrush { radius: 0.5, line: 0.8, coverage: 1.0, fill: BrushFill::Zigzag };
+        assert!(brush.is_line() && brush.drawn_radius() == 0.4);
+        assert_eq!(brush.pen_line(&[Point2::new(1.0, 2.0)], WIDE), [Point2::new(1.0, 2.0)]);
+        let way = brush.pen_line(&[Point2::origin(), Point2::new(3.0, 0.0)], WIDE);
+        assert!(way.len() > 7 && way.iter().all(|p| p.y == 0.0));
+        assert_eq!(brush.pen_line(&[], WIDE), []);
+    }
+
+    #[test]
+    fn a_spline_ends_in_its_end_points() {
+        let controls = [(0.0, 0.0), (1.0, 1.0), (2.0, -1.0), (3.0, 0.0)].map(|(x, y)| Point2::new(x, y));
+        let line = spline(&controls, 0.01);
+        assert!((line[0] - controls[0]).norm() < 1e-12 && (line[line.len() - 1] - controls[3]).norm() < 1e-12);
+        assert!(line.windows(2).all(|w| (w[1] - w[0]).norm() < 0.02));
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_leaves_the_room(
+            spine in proptest::collection::vec((-12.0..12.0f64, -8.0..8.0f64), 1..6),
+            radius in 0.2..5.0f64,
+            fill in prop_oneof![Just(BrushFill::Bundle), Just(BrushFill::Zigzag)],
+        ) {
+            let spine: Vec<_> = spine.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
+            let brush = PenBrush { radius, line: 0.8, coverage: 1.0, fill };
+            let way = brush.pen_line(&spline(&spine, 0.4), [6.0, 4.0]);
+            prop_assert!(!way.is_empty());
+            prop_assert!(way.iter().all(|p| p.x.abs() <= 6.0 && p.y.abs() <= 4.0), "{:?}", way);
+        }
+    }
+}

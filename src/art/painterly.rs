@@ -287,3 +287,158 @@ fn plate(name: &str, caption: &str, picture: &Picture) -> Option<Plate> {
     let image = picture.to_image().ok()?;
     Some(Plate { name: name.into(), caption: caption.into(), image })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{PAPER, Rgb};
+    use crate::picture::{Ink, linear_from_rgb};
+    use rayon::ThreadPoolBuilder;
+
+    const SHEET: Sheet = Sheet { width: 0.12, height: 0.09 };
+    const LINE: f64 = 8e-4;
+
+    fn palette(colors: &[[u8; 3]]) -> Vec<Ink> {
+        colors.iter().enumerate().map(|(i, c)| Ink { name: format!("ink {i}"), color: Rgb(*c) }).collect()
+    }
+
+    /// Discs and a stripe of three inks on paper.
+    fn still_life(width: usize, height: usize) -> (Flat, Picture) {
+        let inks = palette(&[PAPER.0, [30, 60, 140], [220, 160, 40], [40, 30, 30]]);
+        let label = |i: usize| {
+            let (x, y) = ((i % width) as f64 / width as f64, (i / width) as f64 / height as f64);
+            let disc = |u: f64, v: f64, r: f64| (x - u).hypot(y - v) < r;
+            match () {
+                () if disc(0.3, 0.4, 0.2) => 1,
+                () if disc(0.7, 0.6, 0.25) => 2,
+                () if (0.8..0.9).contains(&(y + 0.2 * x)) => 3,
+                () => 0,
+            }
+        };
+        let flat = Flat::new(width, height, inks, Some(0), (0..width * height).map(label).collect()).unwrap();
+        let picture = flat.picture();
+        (flat, picture)
+    }
+
+    fn plain(color: [u8; 3], width: usize, height: usize) -> (Flat, Picture) {
+        let flat =
+            Flat::new(width, height, palette(&[PAPER.0, [20, 20, 20]]), Some(0), vec![0; width * height]).unwrap();
+        let pixels = vec![linear_from_rgb(Rgb(color)); width * height];
+        (flat, Picture::from_pixels(width, height, pixels).unwrap())
+    }
+
+    #[test]
+    fn no_stroke_raises_the_difference_and_the_budget_holds() {
+        let (flat, picture) = still_life(160, 120);
+        let options = PainterlyOptions { strokes: 120, ..PainterlyOptions::default() };
+        let painting = Painting::new(&flat, &picture, SHEET, &[LINE; 4], &options, 1).unwrap();
+        assert!((60..=120).contains(&painting.strokes.len()), "{} strokes", painting.strokes.len());
+        let mut canvas = painting.blank.clone();
+        let mut mask = Mask::new(canvas.width, canvas.height);
+        let mut difference = canvas.difference();
+        for stroke in &painting.strokes {
+            stroke.sweep(&painting.layers, &mut mask);
+            canvas.paint(mask.pixels(), stroke.ink);
+            let now = canvas.difference();
+            assert!(now < difference, "{now} after {difference}");
+            difference = now;
+        }
+        assert_eq!(difference, painting.canvas.difference());
+        assert!(difference < 0.25 * painting.blank.difference(), "{difference} of {}", painting.blank.difference());
+    }
+
+    #[test]
+    fn strokes_have_an_ink_a_turn_and_a_place_on_the_picture() {
+        let (flat, picture) = still_life(160, 160);
+        for style in [
+            PainterlyStyle::Impressionist,
+            PainterlyStyle::Expressionist,
+            PainterlyStyle::ColouristWash,
+            PainterlyStyle::Pointillist,
+        ] {
+            let options = PainterlyOptions { strokes: 60, ..PainterlyOptions::style(style) };
+            let widths = [LINE, LINE, 2.0 * LINE, LINE];
+            let art = painterly(&flat, &picture, SHEET, &widths, &options, 1).unwrap();
+            let drawing = &art.drawing;
+            let mut order = drawing.order.clone();
+            order.sort();
+            let all = Drawing { order: Vec::new(), ..drawing.clone() }.sequence();
+            assert!(order == all && !all.is_empty() && all.len() <= 60, "{style:?}: {} strokes", all.len());
+            for layer in &drawing.layers {
+                let ink = flat.inks.iter().position(|i| i.name == layer.name && i.color == layer.color).unwrap();
+                assert!(ink != 0 && layer.width_hint == Some(widths[ink]) && !layer.strokes.is_empty());
+                // A square picture in the middle of a wide sheet, and the ink within its edge
+                let room = 0.5 * (SHEET.height - widths[ink]) + 1e-9;
+                for stroke in &layer.strokes {
+                    assert!(!stroke.points.is_empty());
+                    assert!(stroke.points.iter().all(|p| p.x.abs() <= room && p.y.abs() <= room), "{style:?}");
+                }
+            }
+            let names: Vec<_> = art.plates.iter().map(|p| p.name.as_str()).collect();
+            assert_eq!(names, ["flat", "frame-1", "frame-2", "frame-3", "frame-4", "frame-5", "painted"]);
+        }
+    }
+
+    #[test]
+    fn the_number_of_threads_changes_nothing_and_the_seed_does() {
+        let (flat, picture) = still_life(120, 90);
+        let options = PainterlyOptions { strokes: 80, jitter: 0.2, ..PainterlyOptions::default() };
+        let drawn = |threads: usize, seed: u64| {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| painterly(&flat, &picture, SHEET, &[LINE; 4], &options, seed)).unwrap().drawing
+        };
+        let one = drawn(1, 5);
+        assert_eq!(one, drawn(2, 5));
+        assert_eq!(one, drawn(3, 5));
+        assert_ne!(one, drawn(2, 6));
+    }
+
+    #[test]
+    fn white_pictures_are_refused_and_black_ones_filled() {
+        let options = PainterlyOptions { strokes: 300, ..PainterlyOptions::default() };
+        for (width, height) in [(1, 1), (40, 30)] {
+            let (flat, picture) = plain([255; 3], width, height);
+            let refused = painterly(&flat, &picture, SHEET, &[LINE; 2], &options, 1);
+            assert!(matches!(refused, Err(ArtError::NothingToDraw { .. })));
+            let (flat, picture) = plain([0; 3], width, height);
+            let options = PainterlyOptions { flatness: 0.0, ..options.clone() };
+            let painting = Painting::new(&flat, &picture, SHEET, &[LINE; 2], &options, 1).unwrap();
+            assert!(painting.canvas.difference() < 0.1 * painting.blank.difference());
+        }
+        let (flat, picture) = plain([0; 3], 1, 5000);
+        assert!(matches!(
+            painterly(&flat, &picture, SHEET, &[LINE; 2], &options, 1),
+            Err(ArtError::NothingToDraw { .. })
+        ));
+    }
+
+    #[test]
+    fn patience_saves_pen_changes() {
+        let (flat, picture) = still_life(120, 90);
+        let changes = |patience: f64| {
+            let options = PainterlyOptions { strokes: 100, patience, ..PainterlyOptions::default() };
+            painterly(&flat, &picture, SHEET, &[LINE; 4], &options, 1).unwrap().drawing.ink_changes()
+        };
+        let (eager, patient) = (changes(1.0), changes(0.3));
+        assert!(2 * patient < eager, "{patient} changes, {eager} without patience");
+    }
+
+    #[test]
+    fn options_that_make_no_sense_are_named() {
+        let (flat, picture) = still_life(20, 20);
+        let refused =
+            |options: &PainterlyOptions, widths: &[f64]| match painterly(&flat, &picture, SHEET, widths, options, 1)
+                .unwrap_err()
+            {
+                ArtError::BadOption { name, .. } => name,
+                other => panic!("{other}"),
+            };
+        let base = PainterlyOptions::default;
+        assert_eq!(refused(&PainterlyOptions { coverage: 0.0, ..base() }, &[LINE; 4]), "coverage");
+        assert_eq!(refused(&PainterlyOptions { threshold: f64::NAN, ..base() }, &[LINE; 4]), "threshold");
+        assert_eq!(refused(&PainterlyOptions { min_length: 20.0, ..base() }, &[LINE; 4]), "max_length");
+        assert_eq!(refused(&PainterlyOptions { radii: vec![1e-3, -1.0], ..base() }, &[LINE; 4]), "radii");
+        assert_eq!(refused(&base(), &[LINE; 3]), "line_widths");
+        assert_eq!(refused(&base(), &[LINE, LINE, 0.0, LINE]), "line_widths");
+    }
+}
