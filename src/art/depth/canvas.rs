@@ -127,13 +127,15 @@ impl Canvas {
         self.difference[pixel] - difference(covered, self.target[pixel])
     }
 
-    /// By how much the difference of all pixels would fall if this line were drawn; line and width in px.
-    pub fn gain(&mut self, line: &[Point2<f64>], line_width: f64, ink: usize) -> f64 {
+    /// By how much the difference of all pixels would fall if this line were drawn; line and width in px. Where it would
+    /// rise counts `harm` times: ink can't be taken away again.
+    pub fn gain(&mut self, line: &[Point2<f64>], line_width: f64, ink: usize, harm: f64) -> f64 {
         self.paper.lay(line, line_width);
         let gain = |i: &u32| {
             let i = *i as usize;
             let after = inked(self.paper.light[i], self.paper.cover[i], self.through[ink]);
-            f64::from(self.difference[i] - difference(after, self.target[i]))
+            let fall = f64::from(self.difference[i] - difference(after, self.target[i]));
+            if fall < 0.0 { harm * fall } else { fall }
         };
         self.paper.touched.iter().map(gain).sum()
     }
@@ -166,12 +168,12 @@ mod tests {
         let total = |c: &Canvas| c.difference().iter().map(|v| f64::from(*v)).sum::<f64>();
         let line = [Point2::new(2.0, 10.2), Point2::new(17.0, 9.5), Point2::new(10.0, 12.0)];
         let before = total(&canvas);
-        let gain = canvas.gain(&line, 3.0, 0);
+        let gain = canvas.gain(&line, 3.0, 0, 1.0);
         assert!(gain > 1.0);
         canvas.draw(&line, 3.0, 0);
         assert!((before - gain - total(&canvas)).abs() < 1e-4);
-        assert!(canvas.gain(&line, 3.0, 0) < 0.1 * gain);
-        assert!(canvas.gain(&[Point2::new(3.0, 3.0)], 2.0, 0) < 0.0);
+        assert!(canvas.gain(&line, 3.0, 0, 1.0) < 0.1 * gain);
+        assert!(canvas.gain(&[Point2::new(3.0, 3.0)], 2.0, 0, 1.0) < 0.0);
     }
 
     #[test]

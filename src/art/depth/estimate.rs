@@ -5,6 +5,7 @@
 //! doi:10.1109/TPAMI.2014.2345401), and depth is a mixture of the cues that painters use: what is lower in the picture,
 //! stands out and is sharp seems near, what is high up, pale and blurred seems far.
 use crate::art::depth::lab::{blur, oklab};
+use crate::art::depth::majority::majority;
 use crate::art::depth::regions::{RegionOptions, regions};
 use crate::art::depth::{Kind, Segment, Semantics, SemanticsError};
 use crate::picture::{Picture, Plane};
@@ -18,10 +19,14 @@ const CLEAR: f64 = 0.08;
 const BULGE: f64 = 0.25;
 /// Strength of the spatial weighting of contrast, in squared picture diagonals (Cheng et al. use 0.4).
 const NEARNESS: f64 = 0.4;
+/// Things have at least this share of the highest saliency.
+const SALIENT_ENOUGH: f64 = 0.4;
 /// Most segments that are taken for things.
 const THINGS: usize = 5;
-/// Largest share of the picture's edge that a thing may touch.
-const CUT: f64 = 0.3;
+/// A thing is background no more surely than this: it may be cut off by the picture's edge, but on one side.
+const CUT: f64 = 0.5;
+/// Strength of the preference for the picture's middle.
+const CENTRED: f64 = 1.0;
 
 /// What a region looks like.
 struct Look {
@@ -33,11 +38,19 @@ struct Look {
     off: f64,
     /// Lowest row, 0 (top) ..= 1.
     bottom: f64,
-    /// Share of the picture's edge that it touches.
-    edge: f64,
+    /// Length of picture edge that it touches, in square roots of the picture's area.
+    rim: f64,
     /// Mean slope of lightness.
     slope: f64,
     saliency: f64,
+}
+
+impl Look {
+    /// How surely it is background, 0..=1: by the length of picture edge that it touches for its size.
+    fn ground(&self) -> f64 {
+        let connected = self.rim / self.area.sqrt().max(1e-9);
+        1.0 - (-0.5 * connected * connected).exp()
+    }
 }
 
 /// Segments and depth by colour and place alone. It says in its notes that it is an estimate.
@@ -51,7 +64,8 @@ pub fn estimate(picture: &Picture) -> Result<Semantics, SemanticsError> {
     }
     let lab: Vec<[f32; 3]> = picture.pixels.iter().map(|p| oklab(*p)).collect();
     let soft = softened(&lab, width, height);
-    let labels = regions(&soft, width, &RegionOptions::default());
+    let found = regions(&soft, width, &RegionOptions::default());
+    let labels = packed(&majority(&found, width, width.max(height) / 160));
     let mut looks = look(&lab, width, height, &labels);
     rate(&mut looks);
     let things = choose(&looks);
@@ -64,6 +78,21 @@ pub fn estimate(picture: &Picture) -> Result<Semantics, SemanticsError> {
             .to_string(),
     );
     Ok(semantics)
+}
+
+/// The same labels, with no number left out.
+fn packed(labels: &[u16]) -> Vec<u16> {
+    let mut name: Vec<Option<u16>> = vec![None; labels.iter().max().map_or(0, |m| usize::from(*m) + 1)];
+    let mut next = 0;
+    labels
+        .iter()
+        .map(|l| {
+            *name[usize::from(*l)].get_or_insert_with(|| {
+                next += 1;
+                next - 1
+            })
+        })
+        .collect()
 }
 
 /// The picture with its texture blurred away.
@@ -85,14 +114,14 @@ fn look(lab: &[[f32; 3]], width: usize, height: usize, labels: &[u16]) -> Vec<Lo
         middle: [0.0; 2],
         off: 0.0,
         bottom: 0.0,
-        edge: 0.0,
+        rim: 0.0,
         slope: 0.0,
         saliency: 0.0,
     };
     let mut looks: Vec<Look> = (0..count).map(|_| new()).collect();
     let (w, h) = (width as f64, height as f64);
     let half_diagonal2 = 0.25 * (w * w + h * h);
-    let rim = (2 * (width + height)) as f64;
+    let side = (w * h).sqrt();
     for (i, l) in labels.iter().enumerate() {
         let (x, y) = (i % width, i / width);
         let (px, py) = (x as f64 + 0.5 - 0.5 * w, y as f64 + 0.5 - 0.5 * h);
@@ -104,7 +133,7 @@ fn look(lab: &[[f32; 3]], width: usize, height: usize, labels: &[u16]) -> Vec<Lo
         r.off += (px * px + py * py) / half_diagonal2;
         r.bottom = (y as f64 + 1.0) / h;
         let sides = [x == 0, y == 0, x + 1 == width, y + 1 == height];
-        r.edge += sides.into_iter().filter(|s| *s).count() as f64 / rim;
+        r.rim += sides.into_iter().filter(|s| *s).count() as f64 / side;
         // within the region only: its outline says nothing about its own sharpness
         let across = labels.get(i + 1).filter(|n| *n == l && x + 1 < width).map_or(0.0, |_| lab[i + 1][0] - lab[i][0]);
         let down = labels.get(i + width).filter(|n| *n == l).map_or(0.0, |_| lab[i + width][0] - lab[i][0]);
@@ -124,6 +153,9 @@ fn look(lab: &[[f32; 3]], width: usize, height: usize, labels: &[u16]) -> Vec<Lo
 
 /// Saliency of each region, 0..=1: contrast in colour to the other regions, those near counting more, times a preference
 /// for the middle and against what runs along the picture's edge.
+///
+/// Contrast to the background counts, and what is background shows in how it meets the picture's edge (Zhu et al., "Saliency
+/// optimization from robust background detection", 2014, doi:10.1109/CVPR.2014.360).
 fn rate(looks: &mut [Look]) {
     let raw: Vec<f64> = looks
         .iter()
@@ -133,10 +165,10 @@ fn rate(looks: &mut [Look]) {
                 .map(|s| {
                     let d: f64 = (0..3).map(|k| (r.lab[k] - s.lab[k]).powi(2)).sum();
                     let far = (r.middle[0] - s.middle[0]).powi(2) + (r.middle[1] - s.middle[1]).powi(2);
-                    s.area * d.sqrt() * (-far / NEARNESS).exp()
+                    s.area * s.ground() * d.sqrt() * (-far / NEARNESS).exp()
                 })
                 .sum();
-            contrast * (-2.0 * r.off).exp() * (-6.0 * r.edge).exp()
+            contrast * (1.0 - r.ground()) * (-CENTRED * r.off).exp()
         })
         .collect();
     let most = raw.iter().copied().fold(0.0, f64::max);
@@ -148,7 +180,7 @@ fn rate(looks: &mut [Look]) {
 /// The regions that are things.
 fn choose(looks: &[Look]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..looks.len())
-        .filter(|i| looks[*i].saliency > 0.45 && looks[*i].edge < CUT && looks[*i].area > 0.002)
+        .filter(|i| looks[*i].saliency > SALIENT_ENOUGH && looks[*i].ground() < CUT && looks[*i].area > 0.002)
         .collect();
     order.sort_by(|a, b| looks[*b].saliency.total_cmp(&looks[*a].saliency).then(a.cmp(b)));
     order.truncate(THINGS);

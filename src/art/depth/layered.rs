@@ -10,6 +10,7 @@ use crate::art::depth::canvas::Canvas;
 use crate::art::depth::estimate::rim_distance;
 use crate::art::depth::form::Form;
 use crate::art::depth::lab::oklab;
+use crate::art::depth::majority::majority;
 use crate::art::depth::plates::{self, Placed};
 use crate::art::depth::trace::{Habit, grow, outline_strokes};
 use crate::art::depth::{Kind, Semantics, SlicOptions, Superpixels, slic};
@@ -17,6 +18,11 @@ use crate::art::{ArtError, Artwork, BrushFill, PenBrush, Sheet};
 use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
 use crate::math::{PAPER, Rgb, stream};
 use crate::picture::{Flat, Picture, Plane};
+
+/// Squares as wide as the broadest brush that would fill the picture, as a share of the strokes.
+const BROADEST: f64 = 0.15;
+/// Radius of each pass's brush, as a share of that of the pass before.
+const FINER: f64 = 0.55;
 
 /// How a picture is painted in layers.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +48,8 @@ pub struct LayeredOptions {
     pub coverage: f64,
     /// How wide brush strokes are filled.
     pub fill: BrushFill,
+    /// How much more making the canvas worse somewhere counts than making it better elsewhere; at least 1.
+    pub harm: f64,
     /// Pictures of the growing painting.
     pub frames: usize,
 }
@@ -54,11 +62,12 @@ impl Default for LayeredOptions {
             outline: 0.2,
             emphasis: 2.0,
             passes: vec![0.2, 0.35, 0.45, 1.0],
-            length: 5.0,
+            length: 8.0,
             curvature: 0.8,
             compactness: 12.0,
             coverage: 1.0,
             fill: BrushFill::Bundle,
+            harm: 2.0,
             frames: 8,
         }
     }
@@ -94,6 +103,9 @@ impl LayeredOptions {
         }
         if !(0.1..=1e3).contains(&self.compactness) {
             return bad("compactness", f64::from(self.compactness), "0.1 to 1000, commonly 10");
+        }
+        if !(1.0..=1e3).contains(&self.harm) {
+            return bad("harm", self.harm, "1 treats worse like better; at most 1000");
         }
         if !(0.1..=4.0).contains(&self.coverage) {
             return bad("coverage", self.coverage, "0.1 to 4 lines to a line's width");
@@ -166,6 +178,8 @@ pub fn layered_depth(
     })?;
     let scale = (sheet.width / width as f64).min(sheet.height / height as f64);
     let lines: Vec<f64> = line_widths.iter().map(|w| w / scale).collect();
+    let calm = calmed(flat, &lines);
+    let flat = calm.as_ref().unwrap_or(flat);
     let mut painter = Painter::new(flat, original, &semantics, &lines, options, seed);
     let planned = painter.paint();
     if planned.is_empty() {
@@ -183,6 +197,15 @@ pub fn layered_depth(
     let mut notes = semantics.notes.clone();
     notes.push(summary(&semantics, &planned, &drawing));
     Ok(Artwork { drawing, plates, notes })
+}
+
+/// The flat picture without specks that no pen could draw.
+fn calmed(flat: &Flat, lines: &[f64]) -> Option<Flat> {
+    let line = lines.iter().copied().fold(0.0, f64::max);
+    // twice, which moves an edge as little as once does
+    let once = majority(&flat.labels, flat.width(), line.round().clamp(1.0, 4.0) as usize);
+    let labels = majority(&once, flat.width(), line.round().clamp(1.0, 4.0) as usize);
+    Flat::new(flat.width(), flat.height(), flat.inks.clone(), flat.paper, labels)
 }
 
 /// The colour of the bare paper in a flat picture.
@@ -244,6 +267,8 @@ struct Painter<'a> {
     rank: Vec<usize>,
     planned: Vec<Planned>,
     superpixels: Option<Superpixels>,
+    /// Radius of the broadest brush, px.
+    broadest: f64,
     seed: u64,
 }
 
@@ -260,6 +285,7 @@ impl<'a> Painter<'a> {
         let lab: Vec<[f32; 3]> = original.pixels.iter().map(|p| oklab(*p)).collect();
         let lightness = Plane::from_values(width, height, lab.iter().map(|p| p[0]).collect()).unwrap_or_default();
         let form = Form::new(&lightness, semantics.labels(), semantics.depth());
+        let drawn = flat.labels.iter().filter(|l| Some(usize::from(**l)) != flat.paper).count();
         let areas: Vec<u32> =
             semantics.labels().iter().zip(&flat.labels).map(|(s, l)| u32::from(*s) << 8 | u32::from(*l)).collect();
         let order = semantics.drawing_order();
@@ -279,6 +305,7 @@ impl<'a> Painter<'a> {
             rank,
             planned: Vec::new(),
             superpixels: None,
+            broadest: 0.5 * (drawn as f64 / (BROADEST * options.strokes as f64)).sqrt(),
             seed,
         }
     }
@@ -323,13 +350,13 @@ impl<'a> Painter<'a> {
             let mut found = outline_strokes(self.flat, self.semantics, self.order[rank], self.lines);
             let mut gains: Vec<(f64, usize)> = Vec::new();
             for (i, (ink, line)) in found.iter().enumerate() {
-                gains.push((self.canvas.gain(line, self.lines[*ink], *ink), i));
+                gains.push((self.canvas.gain(line, self.lines[*ink], *ink, self.options.harm), i));
             }
             gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             for (_, i) in gains.into_iter().take((share.ceil() as usize).min(self.left())) {
                 let (ink, line) = (found[i].0, std::mem::take(&mut found[i].1));
                 // again: outlines of neighbours run side by side
-                if self.canvas.gain(&line, self.lines[ink], ink) > 0.25 * floor {
+                if self.canvas.gain(&line, self.lines[ink], ink, self.options.harm) > 0.25 * floor {
                     self.canvas.draw(&line, self.lines[ink], ink);
                     self.planned.push(Planned { rank, layer: 0, pass: 0, ink, line });
                 }
@@ -361,7 +388,7 @@ impl<'a> Painter<'a> {
                 ..SlicOptions::default()
             },
         );
-        let radius = 0.5 * (drawn as f64 / (self.options.strokes as f64 * 0.15)).sqrt() * 0.55f64.powi(pass as i32);
+        let radius = self.broadest * FINER.powi(pass as i32);
         let mut seeds = self.seeds(&superpixels);
         let lack: Vec<f64> = {
             let mut lack = vec![0.0; superpixels.cells.len()];
@@ -442,7 +469,8 @@ impl<'a> Painter<'a> {
             };
             let habit = Habit {
                 radius: brush.drawn_radius(),
-                longest: (self.options.length * 2.0 * brush.radius * luck).max(8.0 * self.lines[ink]),
+                // finer strokes are shorter, but not by as much as they are finer
+                longest: 2.0 * self.options.length * luck * (brush.radius * radius.max(self.broadest)).sqrt(),
                 curvature: self.options.curvature,
             };
             let canvas = &self.canvas;
@@ -455,8 +483,8 @@ impl<'a> Painter<'a> {
             };
             let at = Point2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
             let spine = grow(&self.form, at, width, flat.height(), &habit, welcome);
-            let line = brush.pen_line(&spine, [f64::INFINITY; 2]);
-            let gain = self.canvas.gain(&line, self.lines[ink], ink);
+            let line = brush.pen_line(&spine);
+            let gain = self.canvas.gain(&line, self.lines[ink], ink, self.options.harm);
             if gain > floor && best.as_ref().is_none_or(|b| gain > b.0) {
                 best = Some((gain, line));
             }

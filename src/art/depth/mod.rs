@@ -6,6 +6,7 @@ mod estimate;
 mod form;
 mod lab;
 mod layered;
+mod majority;
 mod plates;
 mod regions;
 mod semantics;

@@ -36,6 +36,10 @@ pub(super) fn grow(
 ) -> Vec<Point2<f64>> {
     let step = (0.4 * habit.radius).clamp(1.0, 4.0);
     let first = form.direction(&seed, &Vector2::x()).unwrap_or(Vector2::x());
+    let inside = |p: &Point2<f64>| {
+        let on = p.x >= 0.0 && p.y >= 0.0 && p.x < width as f64 && p.y < height as f64;
+        on && welcome(p.y as usize * width + p.x as usize)
+    };
     let arm = |way: Vector2<f64>| {
         let (mut points, mut p, mut way) = (Vec::new(), seed, way);
         // each way may take half the length
@@ -43,8 +47,9 @@ pub(super) fn grow(
             let wished = form.direction(&p, &way).unwrap_or(way);
             way = (habit.curvature * wished + (1.0 - habit.curvature) * way).try_normalize(1e-9).unwrap_or(way);
             p += step * way;
-            let inside = p.x >= 0.0 && p.y >= 0.0 && p.x < width as f64 && p.y < height as f64;
-            if !inside || !welcome(p.y as usize * width + p.x as usize) {
+            // the brush is round: its end reaches beyond its middle
+            let end = p + 0.6 * habit.radius * way;
+            if !inside(&p) || !inside(&end) {
                 break;
             }
             points.push(p);
