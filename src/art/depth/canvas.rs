@@ -1,19 +1,13 @@
 //! Paper under strokes of transparent ink, and how far it still is from the picture.
 use nalgebra::Point2;
 
-use crate::art::depth::lab::oklab;
-use crate::math::{Rgb, linear_from_srgb};
-use crate::picture::{Ink, Picture};
-
-/// Linear light of an sRGB colour.
-pub(super) fn light(color: Rgb) -> [f32; 3] {
-    color.0.map(|v| linear_from_srgb(v) as f32)
-}
+use crate::math::Rgb;
+use crate::picture::{Ink, Picture, linear_from_rgb, oklab_distance2, oklab_from_linear};
 
 /// Share of the paper's light that comes through a full line of ink: the light of a covered place is
 /// `canvas * (1 - cover * (1 - ink / paper))`.
 pub(super) fn through(ink: Rgb, paper: Rgb) -> [f32; 3] {
-    let (ink, paper) = (light(ink), light(paper));
+    let (ink, paper) = (linear_from_rgb(ink), linear_from_rgb(paper));
     std::array::from_fn(|k| (ink[k] / paper[k].max(1e-3)).clamp(0.0, 1.0))
 }
 
@@ -31,7 +25,7 @@ impl Paper {
     /// Bare paper.
     pub fn new(width: usize, height: usize, color: Rgb) -> Self {
         let n = width * height;
-        Self { width, height, light: vec![light(color); n], cover: vec![0.0; n], touched: Vec::new() }
+        Self { width, height, light: vec![linear_from_rgb(color); n], cover: vec![0.0; n], touched: Vec::new() }
     }
 
     /// Lays a line of a width (px) along a polyline (px) over the paper, without inking it yet. Within one stroke the
@@ -98,15 +92,14 @@ pub(super) struct Canvas {
 }
 
 fn difference(light: [f32; 3], target: [f32; 3]) -> f32 {
-    let lab = oklab(light);
-    (0..3).map(|k| (lab[k] - target[k]).powi(2)).sum()
+    oklab_distance2(oklab_from_linear(light), target)
 }
 
 impl Canvas {
     /// Bare paper before a picture that is to be painted in these inks.
     pub fn new(target: &Picture, paper: Rgb, inks: &[Ink]) -> Self {
-        let target_lab: Vec<[f32; 3]> = target.pixels.iter().map(|p| oklab(*p)).collect();
-        let paper_light = light(paper);
+        let target_lab: Vec<[f32; 3]> = target.pixels.iter().map(|p| oklab_from_linear(*p)).collect();
+        let paper_light = linear_from_rgb(paper);
         let difference = target_lab.iter().map(|t| difference(paper_light, *t)).collect();
         Self {
             paper: Paper::new(target.width(), target.height(), paper),
@@ -162,7 +155,7 @@ mod tests {
 
     #[test]
     fn the_gain_of_a_line_is_what_drawing_it_gains() {
-        let mut pixels = vec![light(PAPER); 400];
+        let mut pixels = vec![linear_from_rgb(PAPER); 400];
         pixels[150..250].iter_mut().for_each(|p| *p = [0.0; 3]);
         let mut canvas = Canvas::new(&Picture::from_pixels(20, 20, pixels).unwrap(), PAPER, &[black()]);
         let total = |c: &Canvas| c.difference().iter().map(|v| f64::from(*v)).sum::<f64>();

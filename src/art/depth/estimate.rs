@@ -4,11 +4,10 @@
 //! where they don't (global contrast: Cheng et al., "Global contrast based salient region detection", 2015,
 //! doi:10.1109/TPAMI.2014.2345401), and depth is a mixture of the cues that painters use: what is lower in the picture,
 //! stands out and is sharp seems near, what is high up, pale and blurred seems far.
-use crate::art::depth::lab::{blur, oklab};
 use crate::art::depth::majority::majority;
 use crate::art::depth::regions::{RegionOptions, regions};
 use crate::art::depth::{Kind, Segment, Semantics, SemanticsError};
-use crate::picture::{Picture, Plane};
+use crate::picture::{Picture, Plane, oklab_from_linear};
 
 /// Weights of the cues of depth, by how much each speaks for nearness.
 const LOW: f64 = 0.5;
@@ -62,7 +61,7 @@ pub fn estimate(picture: &Picture) -> Result<Semantics, SemanticsError> {
     if picture.pixels.is_empty() {
         return Err(SemanticsError::Size { what: "picture", width, height, values: 0 });
     }
-    let lab: Vec<[f32; 3]> = picture.pixels.iter().map(|p| oklab(*p)).collect();
+    let lab: Vec<[f32; 3]> = picture.pixels.iter().map(|p| oklab_from_linear(*p)).collect();
     let soft = softened(&lab, width, height);
     let found = regions(&soft, width, &RegionOptions::default());
     let labels = packed(&majority(&found, width, width.max(height) / 160));
@@ -97,10 +96,10 @@ fn packed(labels: &[u16]) -> Vec<u16> {
 
 /// The picture with its texture blurred away.
 fn softened(lab: &[[f32; 3]], width: usize, height: usize) -> Vec<[f32; 3]> {
-    let sigma = (width.max(height) as f64 / 500.0).max(0.8);
+    let sigma = (width.max(height) as f32 / 500.0).max(0.8);
     let channel = |k: usize| {
         let plane = Plane::from_values(width, height, lab.iter().map(|p| p[k]).collect()).unwrap_or_default();
-        blur(&plane, sigma).values
+        plane.blurred(sigma).values
     };
     let (l, a, b) = (channel(0), channel(1), channel(2));
     l.into_iter().zip(a).zip(b).map(|((l, a), b)| [l, a, b]).collect()
@@ -230,7 +229,7 @@ fn depth(looks: &[Look], things: &[usize], labels: &[u16], width: usize, height:
         };
         (base[l] + LOW * low + BULGE * bulge) as f32
     });
-    let soft = blur(&raw, (width.max(height) as f64 / 150.0).max(0.5));
+    let soft = raw.blurred((width.max(height) as f32 / 150.0).max(0.5));
     let (low, high) = soft.values.iter().fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
     let span = high - low;
     let unit = |v: &f32| if span > 1e-6 { ((v - low) / span).clamp(0.0, 1.0) } else { 0.5 };

@@ -2,12 +2,11 @@
 use nalgebra::{Point2, Vector2};
 use rayon::prelude::*;
 
-use crate::art::depth::lab::blur;
 use crate::picture::Plane;
 
 /// Standard deviations over which directions are averaged, px, and the weight of each: what is near counts, what is far
 /// decides where near nothing has a direction.
-const SCALES: [(f64, f32); 3] = [(2.0, 1.0), (6.0, 0.25), (18.0, 0.08)];
+const SCALES: [(f32, f32); 3] = [(2.0, 1.0), (6.0, 0.25), (18.0, 0.08)];
 /// A step between two segments counts as one of this lightness.
 const BORDER: f32 = 0.6;
 /// A step of the whole range of depth counts as one of this lightness.
@@ -52,7 +51,7 @@ impl Form {
         let mut double = vec![[0.0; 2]; raw.len()];
         for (k, raw) in [plane(0), plane(1)].iter().enumerate() {
             for (sigma, weight) in SCALES {
-                let soft = blur(raw, sigma);
+                let soft = raw.blurred(sigma);
                 double.iter_mut().zip(&soft.values).for_each(|(d, s)| d[k] += weight * s);
             }
         }

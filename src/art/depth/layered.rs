@@ -3,13 +3,12 @@
 //! Things come before stuff, the heaviest thing first. Each is outlined, then filled from back to front, as if a plane moved
 //! through it towards the viewer; where the plane passes, superpixels are the seeds of strokes that follow the form. One who
 //! watches sees the shape first, and then its detail.
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use rand_chacha::rand_core::Rng;
 
 use crate::art::depth::canvas::Canvas;
 use crate::art::depth::estimate::rim_distance;
 use crate::art::depth::form::Form;
-use crate::art::depth::lab::oklab;
 use crate::art::depth::majority::majority;
 use crate::art::depth::plates::{self, Placed};
 use crate::art::depth::trace::{Habit, grow, outline_strokes};
@@ -17,12 +16,15 @@ use crate::art::depth::{Kind, Semantics, SlicOptions, Superpixels, slic};
 use crate::art::{ArtError, Artwork, BrushFill, PenBrush, Sheet};
 use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
 use crate::math::{PAPER, Rgb, stream};
-use crate::picture::{Flat, Picture, Plane};
+use crate::picture::{Flat, Ink, Picture, Plane, oklab_from_linear, oklab_from_rgb};
 
 /// Squares as wide as the broadest brush that would fill the picture, as a share of the strokes.
 const BROADEST: f64 = 0.15;
 /// Radius of each pass's brush, as a share of that of the pass before.
 const FINER: f64 = 0.55;
+
+/// Shortest spine of a stroke, in radii of its brush, unless it is the pen's line alone.
+const SLENDER: f64 = 2.5;
 
 /// How a picture is painted in layers.
 #[derive(Clone, Debug, PartialEq)]
@@ -282,7 +284,7 @@ impl<'a> Painter<'a> {
         seed: u64,
     ) -> Self {
         let (width, height) = (flat.width(), flat.height());
-        let lab: Vec<[f32; 3]> = original.pixels.iter().map(|p| oklab(*p)).collect();
+        let lab: Vec<[f32; 3]> = original.pixels.iter().map(|p| oklab_from_linear(*p)).collect();
         let lightness = Plane::from_values(width, height, lab.iter().map(|p| p[0]).collect()).unwrap_or_default();
         let form = Form::new(&lightness, semantics.labels(), semantics.depth());
         let drawn = flat.labels.iter().filter(|l| Some(usize::from(**l)) != flat.paper).count();
@@ -320,6 +322,13 @@ impl<'a> Painter<'a> {
             self.pass(pass, floor);
         }
         in_order(std::mem::take(&mut self.planned), &self.flat.inks)
+    }
+
+    /// The pen's way over a brush stroke, cut off at the picture's edge.
+    fn pen_line(&self, brush: &PenBrush, spine: &[Point2<f64>]) -> Vec<Point2<f64>> {
+        let middle = 0.5 * Vector2::new(self.flat.width() as f64, self.flat.height() as f64);
+        let centred: Vec<Point2<f64>> = spine.iter().map(|p| p - middle).collect();
+        brush.pen_line(&centred, [middle.x, middle.y]).into_iter().map(|p| p + middle).collect()
     }
 
     fn left(&self) -> usize {
@@ -460,7 +469,7 @@ impl<'a> Painter<'a> {
         let finest = 0.5 * self.lines[ink];
         let room = f64::from(self.room[pixel]).max(finest);
         let mut best: Option<(f64, Vec<Point2<f64>>)> = None;
-        for share in [1.0, 0.6] {
+        for share in [1.0, 0.6, 0.36] {
             let brush = PenBrush {
                 radius: (share * radius).min(room).max(finest),
                 line: self.lines[ink],
@@ -483,7 +492,12 @@ impl<'a> Painter<'a> {
             };
             let at = Point2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
             let spine = grow(&self.form, at, width, flat.height(), &habit, welcome);
-            let line = brush.pen_line(&spine);
+            // a stroke that is shorter than it is wide is a blot
+            let length: f64 = spine.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+            if length < SLENDER * habit.radius && brush.radius > finest {
+                continue;
+            }
+            let line = self.pen_line(&brush, &spine);
             let gain = self.canvas.gain(&line, self.lines[ink], ink, self.options.harm);
             if gain > floor && best.as_ref().is_none_or(|b| gain > b.0) {
                 best = Some((gain, line));
@@ -524,8 +538,8 @@ fn bands(semantics: &Semantics, layers: usize) -> Vec<u8> {
 
 /// Strokes in the order in which they are drawn: by segment, outline, then layer from the back, then from the broadest brush
 /// to the finest, and in each of these from the lightest ink to the darkest, with short ways between.
-fn in_order(mut planned: Vec<Planned>, inks: &[crate::picture::Ink]) -> Vec<Planned> {
-    let lightness = |ink: usize| oklab(crate::art::depth::canvas::light(inks[ink].color))[0];
+fn in_order(mut planned: Vec<Planned>, inks: &[Ink]) -> Vec<Planned> {
+    let lightness = |ink: usize| oklab_from_rgb(inks[ink].color)[0];
     let mut by_light: Vec<usize> = (0..inks.len()).collect();
     by_light.sort_by(|a, b| lightness(*b).total_cmp(&lightness(*a)).then(a.cmp(b)));
     let mut shade = vec![0; inks.len()];

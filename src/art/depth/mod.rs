@@ -1,12 +1,16 @@
-//! Layered depth painting.
+//! Layered depth painting: what a picture shows where and how near it is, and strokes in the order of that.
+//!
+//! [`Semantics`] come from files, from models (feature `onnx`), or from [`estimate`]; [`layered_depth`] paints by them.
+
 mod canvas;
 mod contour;
 mod error;
 mod estimate;
 mod form;
-mod lab;
 mod layered;
 mod majority;
+#[cfg(feature = "onnx")]
+mod onnx;
 mod plates;
 mod regions;
 mod semantics;
@@ -16,5 +20,7 @@ mod trace;
 pub use error::SemanticsError;
 pub use estimate::estimate;
 pub use layered::{LayeredOptions, layered_depth};
+#[cfg(feature = "onnx")]
+pub use onnx::{ModelOptions, depth_from_model, labels_from_model};
 pub use semantics::{Kind, MAX_SEGMENTS, Segment, Semantics};
 pub use superpixels::{SlicOptions, Superpixel, Superpixels, slic};

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::{self, SeqAccess, Visitor};
 
 use crate::art::depth::SemanticsError;
-use crate::picture::Plane;
+use crate::picture::{Labels, Plane, read_depth, read_labels};
 
 /// Most segments a picture may have; more are no semantics but noise.
 pub const MAX_SEGMENTS: usize = 4096;
@@ -74,7 +74,7 @@ impl Semantics {
         Ok(Self { width, height, segments, labels, depth, notes: Vec::new() })
     }
 
-    /// The semantics of a label image (one number a pixel, row by row, `width` columns), a table of labels as JSON text
+    /// The semantics of a label image, a table of labels as JSON text
     /// and a depth map, which is resampled to the label image's size where it differs. A label that the table doesn't
     /// have becomes stuff that is drawn last. `table_file` is named in errors.
     ///
@@ -91,22 +91,17 @@ impl Semantics {
     /// # Errors
     /// [`SemanticsError::Table`] with the line of the mistake; [`SemanticsError::Shape`] when the depth map is a map of
     /// another picture; and those of [`new`](Self::new).
-    pub fn from_labels(
-        values: &[u32],
-        width: usize,
-        table: &str,
-        table_file: &Path,
-        depth: &Plane,
-    ) -> Result<Self, SemanticsError> {
+    pub fn from_labels(labels: &Labels, table: &str, table_file: &Path, depth: &Plane) -> Result<Self, SemanticsError> {
         let entries = parse_table(table, table_file)?;
-        let height = values.len().checked_div(width).unwrap_or(0);
-        if height == 0 || width * height != values.len() {
+        let Labels { width, height, ids: values } = labels;
+        let (width, height) = (*width, *height);
+        if values.is_empty() || width * height != values.len() {
             return Err(SemanticsError::Size { what: "label image", width, height, values: values.len() });
         }
         let depth = same_shape("depth map", depth.width(), depth.height(), width, height)
             .map(|()| resample(depth, width, height))?;
         let last = entries.iter().filter_map(|e| e.order).max().unwrap_or(0);
-        let mut known: BTreeMap<u32, Segment> = BTreeMap::new();
+        let mut known: BTreeMap<u16, Segment> = BTreeMap::new();
         for (i, e) in entries.into_iter().enumerate() {
             let kind = match e.kind {
                 Word::Thing => Kind::Thing { confidence: e.confidence.unwrap_or(1.0) },
@@ -114,7 +109,7 @@ impl Semantics {
             };
             known.insert(e.label, Segment { name: e.name, kind });
         }
-        let mut index: BTreeMap<u32, u16> = BTreeMap::new();
+        let mut index: BTreeMap<u16, u16> = BTreeMap::new();
         for value in values {
             let next = index.len();
             if !index.contains_key(value) {
@@ -135,6 +130,18 @@ impl Semantics {
         notes.extend(known.values().map(|s| format!("there is no `{}` in the label image", s.name)));
         let labels = values.iter().map(|v| index[v]).collect();
         Ok(Self { notes, ..Self::new(segments, labels, depth)? })
+    }
+
+    /// The semantics in three files: a label image (grey or palette, 8 or 16 bits, see [`read_labels`]), a table of labels
+    /// (see [`from_labels`](Self::from_labels)) and a depth image (near is bright, see [`read_depth`]).
+    ///
+    /// # Errors
+    /// [`SemanticsError::Picture`] and [`SemanticsError::Io`] for files that can't be read, and those of
+    /// [`from_labels`](Self::from_labels).
+    pub fn read(labels: &Path, table: &Path, depth: &Path) -> Result<Self, SemanticsError> {
+        let text = std::fs::read_to_string(table)
+            .map_err(|source| SemanticsError::Io { file: table.to_path_buf(), source })?;
+        Self::from_labels(&read_labels(labels)?, &text, table, &read_depth(depth)?)
     }
 
     /// Width, px.
@@ -251,7 +258,7 @@ enum Word {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawEntry {
-    label: u32,
+    label: u16,
     name: String,
     kind: Word,
     confidence: Option<f64>,
@@ -261,7 +268,7 @@ struct RawEntry {
 #[derive(Debug, PartialEq, Deserialize)]
 #[serde(try_from = "RawEntry")]
 struct Entry {
-    label: u32,
+    label: u16,
     name: String,
     kind: Word,
     confidence: Option<f64>,
@@ -346,9 +353,13 @@ mod tests {
         {"label": 5, "name": "house", "kind": "stuff", "order": 1}
     ]"#;
 
-    fn semantics(values: &[u32], width: usize) -> Result<Semantics, SemanticsError> {
+    fn semantics(values: &[u16], width: usize) -> Result<Semantics, SemanticsError> {
         let depth = Plane::filled(width, values.len() / width, 0.5);
-        Semantics::from_labels(values, width, TABLE, Path::new("table.json"), &depth)
+        Semantics::from_labels(&labels(values, width), TABLE, Path::new("table.json"), &depth)
+    }
+
+    fn labels(values: &[u16], width: usize) -> Labels {
+        Labels { width, height: values.len() / width, ids: values.to_vec() }
     }
 
     fn names(s: &Semantics) -> Vec<&str> {
@@ -381,14 +392,15 @@ mod tests {
     fn maps_of_other_pictures_are_refused_and_other_sizes_resampled() {
         let values = [1, 1, 2, 2, 1, 1, 2, 2];
         let depth = Plane::from_fn(400, 200, |x, _| x as f32 / 399.0);
-        let s = Semantics::from_labels(&values, 4, TABLE, Path::new("t"), &depth).unwrap();
+        let s = Semantics::from_labels(&labels(&values, 4), TABLE, Path::new("t"), &depth).unwrap();
         assert!((s.depth().at(2, 0) - 0.625).abs() < 0.01);
         let large = s.resized(100, 50).unwrap();
         assert_eq!(large.labels()[49], s.labels()[0]);
         assert_eq!(large.labels()[50], s.labels()[2]);
         let e = s.resized(300, 300).unwrap_err().to_string();
         assert!(e.contains("4 x 2") && e.contains("300 x 300"), "{e}");
-        let e = Semantics::from_labels(&values, 4, TABLE, Path::new("t"), &Plane::filled(50, 50, 0.0)).unwrap_err();
+        let e = Semantics::from_labels(&labels(&values, 4), TABLE, Path::new("t"), &Plane::filled(50, 50, 0.0))
+            .unwrap_err();
         assert!(matches!(e, SemanticsError::Shape { what: "depth map", .. }));
     }
 
@@ -403,7 +415,7 @@ mod tests {
         }
 
         #[test]
-        fn every_pixel_keeps_its_label(values in proptest::collection::vec(0u32..70_000, 1..60)) {
+        fn every_pixel_keeps_its_label(values in proptest::collection::vec(any::<u16>(), 1..60)) {
             let s = semantics(&values, values.len()).unwrap();
             for (i, v) in values.iter().enumerate() {
                 for (j, w) in values.iter().enumerate() {
