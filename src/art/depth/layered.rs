@@ -3,133 +3,16 @@
 //! Things come before stuff, the heaviest thing first. Each is outlined, then filled from back to front, as if a plane moved
 //! through it towards the viewer; where the plane passes, superpixels are the seeds of strokes that follow the form. One who
 //! watches sees the shape first, and then its detail.
-use nalgebra::{Point2, Vector2};
-use rand_chacha::rand_core::Rng;
+use nalgebra::Point2;
 
-use crate::art::depth::canvas::Canvas;
-use crate::art::depth::estimate::rim_distance;
-use crate::art::depth::form::Form;
 use crate::art::depth::majority::majority;
+use crate::art::depth::painter::{Painter, Planned, in_order};
 use crate::art::depth::plates::{self, Placed};
-use crate::art::depth::trace::{Habit, grow, outline_strokes};
-use crate::art::depth::{Kind, Semantics, SlicOptions, Superpixels, slic};
-use crate::art::{ArtError, Artwork, BrushFill, PenBrush, Sheet};
+use crate::art::depth::{Kind, LayeredOptions, Semantics};
+use crate::art::{ArtError, Artwork, Sheet};
 use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
-use crate::math::{PAPER, Rgb, stream};
-use crate::picture::{Flat, Ink, Picture, Plane, oklab_from_linear, oklab_from_rgb};
-
-/// Squares as wide as the broadest brush that would fill the picture, as a share of the strokes.
-const BROADEST: f64 = 0.15;
-/// Radius of each pass's brush, as a share of that of the pass before.
-const FINER: f64 = 0.55;
-
-/// Shortest spine of a stroke, in radii of its brush, unless it is the pen's line alone.
-const SLENDER: f64 = 2.5;
-
-/// How a picture is painted in layers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LayeredOptions {
-    /// Most strokes.
-    pub strokes: usize,
-    /// Layers of depth in each segment.
-    pub layers: usize,
-    /// Share of a segment's strokes that may go into its outline, 0..=1.
-    pub outline: f64,
-    /// How much more a thing's difference from the picture counts than that of stuff, when strokes are shared out.
-    pub emphasis: f64,
-    /// Share of the strokes in each pass of the brushes, from the broadest to the finest; what one leaves goes to the
-    /// next.
-    pub passes: Vec<f64>,
-    /// Longest stroke, in widths of the brush.
-    pub length: f64,
-    /// 1 follows the picture's form, less keeps to the stroke's own direction, 0 draws straight lines.
-    pub curvature: f64,
-    /// Compactness of the superpixels (see [`SlicOptions`]).
-    pub compactness: f32,
-    /// Lines that fill a brush stroke: 1 sets them edge to edge, less leaves paper between.
-    pub coverage: f64,
-    /// How wide brush strokes are filled.
-    pub fill: BrushFill,
-    /// How much more making the canvas worse somewhere counts than making it better elsewhere; at least 1.
-    pub harm: f64,
-    /// Pictures of the growing painting.
-    pub frames: usize,
-}
-
-impl Default for LayeredOptions {
-    fn default() -> Self {
-        Self {
-            strokes: 1500,
-            layers: 5,
-            outline: 0.2,
-            emphasis: 2.0,
-            passes: vec![0.2, 0.35, 0.45, 1.0],
-            length: 8.0,
-            curvature: 0.8,
-            compactness: 12.0,
-            coverage: 1.0,
-            fill: BrushFill::Bundle,
-            harm: 2.0,
-            frames: 8,
-        }
-    }
-}
-
-impl LayeredOptions {
-    fn check(&self) -> Result<(), ArtError> {
-        let bad = |name, value, message: &str| Err(ArtError::BadOption { name, value, message: message.to_string() });
-        let share = |v: f64| (0.0..=1.0).contains(&v);
-        if self.strokes == 0 {
-            return bad("strokes", 0.0, "at least 1 stroke is needed");
-        }
-        if !(1..=255).contains(&self.layers) {
-            return bad("layers", self.layers as f64, "1 to 255 layers of depth");
-        }
-        if !share(self.outline) {
-            return bad("outline", self.outline, "a share of the strokes lies in 0..=1");
-        }
-        if !(self.emphasis > 0.0 && self.emphasis <= 1e3) {
-            return bad("emphasis", self.emphasis, "1 treats things like stuff; at most 1000");
-        }
-        if let Some(v) = self.passes.iter().find(|v| !share(**v)) {
-            return bad("passes", *v, "a share of the strokes lies in 0..=1");
-        }
-        if !(1..=6).contains(&self.passes.len()) {
-            return bad("passes", self.passes.len() as f64, "1 to 6 passes");
-        }
-        if !(0.5..=100.0).contains(&self.length) {
-            return bad("length", self.length, "0.5 to 100 widths of the brush");
-        }
-        if !share(self.curvature) {
-            return bad("curvature", self.curvature, "it lies in 0..=1");
-        }
-        if !(0.1..=1e3).contains(&self.compactness) {
-            return bad("compactness", f64::from(self.compactness), "0.1 to 1000, commonly 10");
-        }
-        if !(1.0..=1e3).contains(&self.harm) {
-            return bad("harm", self.harm, "1 treats worse like better; at most 1000");
-        }
-        if !(0.1..=4.0).contains(&self.coverage) {
-            return bad("coverage", self.coverage, "0.1 to 4 lines to a line's width");
-        }
-        Ok(())
-    }
-}
-
-/// A stroke and why it is where it is in the order.
-#[derive(Clone, Debug)]
-pub(super) struct Planned {
-    /// Place of its segment in the drawing order.
-    pub rank: usize,
-    /// 0 for an outline, then 1 + the layer of depth, from the back.
-    pub layer: usize,
-    /// Pass of the brushes, the broadest first.
-    pub pass: usize,
-    /// Index of its ink.
-    pub ink: usize,
-    /// The pen's way, px.
-    pub line: Vec<Point2<f64>>,
-}
+use crate::math::{PAPER, Rgb};
+use crate::picture::{Flat, Picture};
 
 /// Paints a picture in layers: `flat` in its inks, along the forms of `original`, in the order that `semantics` gives.
 /// Both pictures have one size; semantics of another size are resampled. The picture is fitted into the sheet, centred.
@@ -183,7 +66,7 @@ pub fn layered_depth(
     let calm = calmed(flat, &lines);
     let flat = calm.as_ref().unwrap_or(flat);
     let mut painter = Painter::new(flat, original, &semantics, &lines, options, seed);
-    let planned = painter.paint();
+    let planned = in_order(painter.paint(), &flat.inks);
     if planned.is_empty() {
         let reason = "no stroke of these inks brings the paper nearer to the picture".to_string();
         return Err(ArtError::NothingToDraw { reason });
@@ -211,7 +94,7 @@ fn calmed(flat: &Flat, lines: &[f64]) -> Option<Flat> {
 }
 
 /// The colour of the bare paper in a flat picture.
-fn paper_color(flat: &Flat) -> Rgb {
+pub(super) fn paper_color(flat: &Flat) -> Rgb {
     flat.paper.and_then(|p| flat.inks.get(p)).map_or(PAPER, |i| i.color)
 }
 
@@ -251,321 +134,163 @@ fn drawing(flat: &Flat, planned: &[Planned], sheet: Sheet, scale: f64, line_widt
     Drawing { order, ..Drawing::new(sheet.width, sheet.height, layers) }
 }
 
-/// Everything that the choice of strokes looks at.
-struct Painter<'a> {
-    flat: &'a Flat,
-    semantics: &'a Semantics,
-    lines: &'a [f64],
-    options: &'a LayeredOptions,
-    lab: Vec<[f32; 3]>,
-    form: Form,
-    /// Distance of each pixel from where its segment or its ink ends, px.
-    room: Vec<f32>,
-    /// Layer of depth of each pixel within its segment, from the back.
-    bands: Vec<u8>,
-    canvas: Canvas,
-    /// Segments in drawing order, and the place of each in it.
-    order: Vec<usize>,
-    rank: Vec<usize>,
-    planned: Vec<Planned>,
-    superpixels: Option<Superpixels>,
-    /// Radius of the broadest brush, px.
-    broadest: f64,
-    seed: u64,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::art::depth::Segment;
+    use crate::art::depth::canvas::Canvas;
+    use crate::picture::{Ink, Plane};
 
-impl<'a> Painter<'a> {
-    fn new(
-        flat: &'a Flat,
-        original: &'a Picture,
-        semantics: &'a Semantics,
-        lines: &'a [f64],
-        options: &'a LayeredOptions,
-        seed: u64,
-    ) -> Self {
-        let (width, height) = (flat.width(), flat.height());
-        let lab: Vec<[f32; 3]> = original.pixels.iter().map(|p| oklab_from_linear(*p)).collect();
-        let lightness = Plane::from_values(width, height, lab.iter().map(|p| p[0]).collect()).unwrap_or_default();
-        let form = Form::new(&lightness, semantics.labels(), semantics.depth());
-        let drawn = flat.labels.iter().filter(|l| Some(usize::from(**l)) != flat.paper).count();
-        let areas: Vec<u32> =
-            semantics.labels().iter().zip(&flat.labels).map(|(s, l)| u32::from(*s) << 8 | u32::from(*l)).collect();
-        let order = semantics.drawing_order();
-        let mut rank = vec![0; semantics.segments().len()];
-        order.iter().enumerate().for_each(|(r, s)| rank[*s] = r);
-        Self {
-            flat,
-            semantics,
-            lines,
-            options,
-            lab,
-            form,
-            room: rim_distance(&areas, width, height),
-            bands: bands(semantics, options.layers),
-            canvas: Canvas::new(&flat.picture(), paper_color(flat), &flat.inks),
-            order,
-            rank,
-            planned: Vec::new(),
-            superpixels: None,
-            broadest: 0.5 * (drawn as f64 / (BROADEST * options.strokes as f64)).sqrt(),
-            seed,
-        }
+    const WIDTH: usize = 120;
+    const HEIGHT: usize = 90;
+    const SHEET: Sheet = Sheet { width: 0.2, height: 0.15 };
+
+    fn inks() -> Vec<Ink> {
+        let ink = |name: &str, color| Ink { name: name.into(), color: Rgb(color) };
+        vec![
+            ink("paper", [253, 252, 248]),
+            ink("red", [190, 40, 40]),
+            ink("green", [60, 130, 70]),
+            ink("black", [20; 3]),
+        ]
     }
 
-    /// Chooses the strokes, and gives them in their order.
-    fn paint(&mut self) -> Vec<Planned> {
-        let wish: f64 = self.canvas.difference().iter().map(|d| f64::from(*d)).sum();
-        // what a stroke must gain to be worth one of the budget
-        let floor = 0.02 * wish / self.options.strokes as f64;
-        self.outlines(floor);
-        for pass in 0..self.options.passes.len() {
-            self.pass(pass, floor);
-        }
-        in_order(std::mem::take(&mut self.planned), &self.flat.inks)
-    }
-
-    /// The pen's way over a brush stroke, cut off at the picture's edge.
-    fn pen_line(&self, brush: &PenBrush, spine: &[Point2<f64>]) -> Vec<Point2<f64>> {
-        let middle = 0.5 * Vector2::new(self.flat.width() as f64, self.flat.height() as f64);
-        let centred: Vec<Point2<f64>> = spine.iter().map(|p| p - middle).collect();
-        brush.pen_line(&centred, [middle.x, middle.y]).into_iter().map(|p| p + middle).collect()
-    }
-
-    fn left(&self) -> usize {
-        self.options.strokes - self.planned.len()
-    }
-
-    /// A budget shared among the segments by what they still lack, those that are things counting more.
-    fn shares(&self, budget: f64) -> Vec<f64> {
-        let mut lack = vec![0.0; self.order.len()];
-        for (d, s) in self.canvas.difference().iter().zip(self.semantics.labels()) {
-            lack[self.rank[usize::from(*s)]] += f64::from(*d);
-        }
-        let weights = self.semantics.weights();
-        for (lack, s) in lack.iter_mut().zip(&self.order) {
-            if weights[*s] > 0.0 {
-                *lack *= self.options.emphasis;
+    /// A red ball with a black spot on a meadow; the sky is paper.
+    fn scene() -> (Flat, Picture, Semantics) {
+        let label = |x: usize, y: usize| {
+            let from = |cx: f64, cy: f64| (x as f64 + 0.5 - cx).hypot(y as f64 + 0.5 - cy);
+            match () {
+                () if from(55.0, 42.0) < 7.0 => 3,
+                () if from(60.0, 45.0) < 28.0 => 1,
+                () if y > 50 => 2,
+                () => 0,
             }
-            // a small segment needs strokes even if a large one needs more
-            *lack = lack.powf(0.75);
-        }
-        let all: f64 = lack.iter().sum::<f64>().max(1e-300);
-        lack.into_iter().map(|l| budget * l / all).collect()
-    }
-
-    fn outlines(&mut self, floor: f64) {
-        let shares = self.shares(self.options.strokes as f64 * self.options.outline);
-        for (rank, share) in shares.into_iter().enumerate() {
-            let mut found = outline_strokes(self.flat, self.semantics, self.order[rank], self.lines);
-            let mut gains: Vec<(f64, usize)> = Vec::new();
-            for (i, (ink, line)) in found.iter().enumerate() {
-                gains.push((self.canvas.gain(line, self.lines[*ink], *ink, self.options.harm), i));
-            }
-            gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-            for (_, i) in gains.into_iter().take((share.ceil() as usize).min(self.left())) {
-                let (ink, line) = (found[i].0, std::mem::take(&mut found[i].1));
-                // again: outlines of neighbours run side by side
-                if self.canvas.gain(&line, self.lines[ink], ink, self.options.harm) > 0.25 * floor {
-                    self.canvas.draw(&line, self.lines[ink], ink);
-                    self.planned.push(Planned { rank, layer: 0, pass: 0, ink, line });
-                }
-            }
-        }
-    }
-
-    /// One pass with a brush over all segments.
-    fn pass(&mut self, pass: usize, floor: f64) {
-        let last = pass + 1 == self.options.passes.len();
-        let budget = if last {
-            self.left()
-        } else {
-            ((self.options.strokes as f64 * self.options.passes[pass]) as usize).min(self.left())
         };
-        if budget == 0 {
-            return;
+        let labels: Vec<u8> = (0..WIDTH * HEIGHT).map(|i| label(i % WIDTH, i / WIDTH)).collect();
+        let segments: Vec<u16> = labels.iter().map(|l| [2, 0, 1, 0][usize::from(*l)]).collect();
+        let depth = Plane::from_fn(WIDTH, HEIGHT, |x, y| {
+            let r = (x as f32 + 0.5 - 60.0).hypot(y as f32 + 0.5 - 45.0) / 28.0;
+            if r < 1.0 { 1.0 - 0.5 * r } else { 0.4 * y as f32 / HEIGHT as f32 }
+        });
+        let name = |name: &str, kind| Segment { name: name.into(), kind };
+        let segments_named = vec![
+            name("ball", Kind::Thing { confidence: 0.9 }),
+            name("meadow", Kind::Stuff { order: 1 }),
+            name("sky", Kind::Stuff { order: 0 }),
+        ];
+        let flat = Flat::new(WIDTH, HEIGHT, inks(), Some(0), labels).unwrap();
+        let picture = flat.picture();
+        (flat, picture, Semantics::new(segments_named, segments, depth).unwrap())
+    }
+
+    fn options(strokes: usize) -> LayeredOptions {
+        LayeredOptions { strokes, frames: 3, ..LayeredOptions::default() }
+    }
+
+    fn planned(options: &LayeredOptions) -> Vec<Planned> {
+        let (flat, picture, semantics) = scene();
+        in_order(Painter::new(&flat, &picture, &semantics, &[0.6; 4], options, 1).paint(), &flat.inks)
+    }
+
+    #[test]
+    fn things_come_before_stuff_outlines_before_layers_and_back_before_front() {
+        let found = planned(&options(300));
+        let keys: Vec<_> = found.iter().map(|p| (p.rank, p.layer, p.pass)).collect();
+        assert!(keys.is_sorted());
+        // the ball is first, has an outline, and then all its layers
+        for layer in 0..=5 {
+            assert!(found.iter().any(|p| (p.rank, p.layer) == (0, layer)), "layer {layer}");
         }
-        let drawn = self.flat.labels.iter().filter(|l| Some(usize::from(**l)) != self.flat.paper).count();
-        // each pass has about three seeds for each stroke it may place: many are covered already, or find no room
-        let seeds = (3.0 * budget as f64 * self.flat.labels.len() as f64 / drawn as f64).max(1.0);
-        let superpixels = slic(
-            &self.lab,
-            self.flat.width(),
-            Some(self.semantics.labels()),
-            &SlicOptions {
-                count: (seeds as usize).min(self.flat.labels.len()),
-                compactness: self.options.compactness,
-                ..SlicOptions::default()
-            },
-        );
-        let radius = self.broadest * FINER.powi(pass as i32);
-        let mut seeds = self.seeds(&superpixels);
-        let lack: Vec<f64> = {
-            let mut lack = vec![0.0; superpixels.cells.len()];
-            let difference = self.canvas.difference();
-            superpixels.labels.iter().zip(difference).for_each(|(l, d)| lack[*l as usize] += f64::from(*d));
-            lack
+        let out = |p: &Planned| {
+            let d: f64 = p.line.iter().map(|q| (q - Point2::new(60.0, 45.0)).norm()).sum();
+            d / p.line.len() as f64
         };
-        seeds.sort_by(|a, b| lack[b.0].total_cmp(&lack[a.0]).then(a.0.cmp(&b.0)));
-        let mut shares: Vec<usize> = self.shares(budget as f64).into_iter().map(|s| s.round() as usize).collect();
-        let mut random = stream(self.seed, "layered depth", pass as u64);
-        let mut left = budget;
-        for (_, pixel) in seeds {
-            let rank = self.rank[usize::from(self.semantics.labels()[pixel])];
-            if shares[rank] == 0 || left == 0 {
-                continue;
-            }
-            let luck = 0.75 + 0.5 * f64::from(random.next_u32()) / f64::from(u32::MAX);
-            if let Some((ink, line)) = self.stroke(pixel, radius, luck, floor) {
-                let layer = 1 + usize::from(self.bands[pixel]);
-                self.canvas.draw(&line, self.lines[ink], ink);
-                self.planned.push(Planned { rank, layer, pass, ink, line });
-                shares[rank] -= 1;
-                left -= 1;
-            }
+        let mean = |layer: usize| {
+            let all: Vec<f64> = found.iter().filter(|p| (p.rank, p.layer) == (0, layer)).map(out).collect();
+            all.iter().sum::<f64>() / all.len() as f64
+        };
+        // the plane moves from the ball's rim, which is its back, to its middle
+        assert!((26.0..29.0).contains(&mean(0)), "{}", mean(0));
+        assert!(mean(1) > mean(3) && mean(3) > mean(5));
+        assert!(found.iter().any(|p| p.rank > 0));
+    }
+
+    #[test]
+    fn strokes_bring_the_paper_nearer_to_the_picture() {
+        let (flat, picture, semantics) = scene();
+        let lines = [0.6; 4];
+        let mut canvas = Canvas::new(&flat.picture(), Rgb([253, 252, 248]), &flat.inks);
+        let total = |c: &Canvas| c.difference().iter().map(|d| f64::from(*d)).sum::<f64>();
+        let before = total(&canvas);
+        let options = options(400);
+        let planned = Painter::new(&flat, &picture, &semantics, &lines, &options, 1).paint();
+        for p in &planned {
+            let gain = canvas.gain(&p.line, lines[p.ink], p.ink, 1.0);
+            assert!(gain > 0.0);
+            canvas.draw(&p.line, lines[p.ink], p.ink);
         }
-        if self.superpixels.is_none() || pass == 1 {
-            self.superpixels = Some(superpixels);
+        assert!(total(&canvas) < 0.25 * before, "{} of {before}", total(&canvas));
+    }
+
+    #[test]
+    fn the_budget_is_kept_and_every_stroke_is_drawn_once() {
+        let (flat, picture, semantics) = scene();
+        for strokes in [1, 10, 200] {
+            let art = layered_depth(&flat, &picture, &semantics, SHEET, &[0.0008; 4], &options(strokes), 1).unwrap();
+            let count = art.drawing.stroke_count();
+            assert!((1..=strokes).contains(&count), "{count} of {strokes}");
+            let mut order = art.drawing.order.clone();
+            assert_eq!(order.len(), count);
+            order.sort();
+            order.dedup();
+            assert_eq!(order.len(), count);
+            let inside = |p: &Point2<f64>| p.x.abs() <= 0.5 * SHEET.width && p.y.abs() <= 0.5 * SHEET.height;
+            assert!(art.drawing.layers.iter().flat_map(|l| &l.strokes).all(|s| s.points.iter().all(inside)));
+            let names: Vec<&str> = art.plates.iter().map(|p| p.name.as_str()).collect();
+            assert_eq!(names, ["segments", "depth", "superpixels", "frame-01", "frame-02", "frame-03"]);
         }
     }
 
-    /// For each superpixel whose commonest ink isn't the paper, the pixel in that ink with the most room, near its centre.
-    fn seeds(&self, superpixels: &Superpixels) -> Vec<(usize, usize)> {
-        let inks = self.flat.inks.len();
-        let mut votes = vec![0u32; inks * superpixels.cells.len()];
-        for (cell, ink) in superpixels.labels.iter().zip(&self.flat.labels) {
-            votes[*cell as usize * inks + usize::from(*ink)] += 1;
-        }
-        // the commonest ink that isn't paper; of paper alone there is none
-        let winner: Vec<Option<usize>> = votes
-            .chunks(inks)
-            .map(|v| (0..inks).filter(|i| Some(*i) != self.flat.paper && v[*i] > 0).max_by_key(|i| (v[*i], inks - i)))
-            .collect();
-        let mut best: Vec<Option<(f64, usize)>> = vec![None; superpixels.cells.len()];
-        let width = self.flat.width();
-        for (i, cell) in superpixels.labels.iter().enumerate() {
-            let cell = *cell as usize;
-            if winner[cell] != Some(usize::from(self.flat.labels[i])) {
-                continue;
-            }
-            let c = &superpixels.cells[cell];
-            let off = ((i % width) as f64 + 0.5 - c.x).hypot((i / width) as f64 + 0.5 - c.y);
-            let score = f64::from(self.room[i]) - 0.5 * off;
-            if best[cell].is_none_or(|b| score > b.0) {
-                best[cell] = Some((score, i));
-            }
-        }
-        best.into_iter().enumerate().filter_map(|(cell, b)| Some((cell, b?.1))).collect()
+    #[test]
+    fn any_thread_count_gives_the_same_strokes_and_another_seed_others() {
+        let (flat, picture, semantics) = scene();
+        let run = |threads, seed| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let options = options(200);
+            pool.install(|| layered_depth(&flat, &picture, &semantics, SHEET, &[0.0008; 4], &options, seed))
+                .unwrap()
+                .drawing
+        };
+        assert_eq!(run(1, 7), run(3, 7));
+        assert_ne!(run(1, 7), run(1, 8));
     }
 
-    /// The best stroke from a seed, of brushes up to a radius, px; `None` when none gains enough.
-    fn stroke(&mut self, pixel: usize, radius: f64, luck: f64, floor: f64) -> Option<(usize, Vec<Point2<f64>>)> {
-        let (flat, semantics) = (self.flat, self.semantics);
-        let ink = usize::from(flat.labels[pixel]);
-        let segment = semantics.labels()[pixel];
-        if self.canvas.wish(pixel, ink) <= 0.0 {
-            return None;
-        }
-        let width = flat.width();
-        let finest = 0.5 * self.lines[ink];
-        let room = f64::from(self.room[pixel]).max(finest);
-        let mut best: Option<(f64, Vec<Point2<f64>>)> = None;
-        for share in [1.0, 0.6, 0.36] {
-            let brush = PenBrush {
-                radius: (share * radius).min(room).max(finest),
-                line: self.lines[ink],
-                coverage: self.options.coverage,
-                fill: self.options.fill,
-            };
-            let habit = Habit {
-                radius: brush.drawn_radius(),
-                // finer strokes are shorter, but not by as much as they are finer
-                longest: 2.0 * self.options.length * luck * (brush.radius * radius.max(self.broadest)).sqrt(),
-                curvature: self.options.curvature,
-            };
-            let canvas = &self.canvas;
-            let (labels, room) = (&semantics.labels(), &self.room);
-            let welcome = |i: usize| {
-                labels[i] == segment
-                    && usize::from(flat.labels[i]) == ink
-                    && f64::from(room[i]) > 0.5 * habit.radius.min(radius) - 0.5
-                    && canvas.wish(i, ink) > 0.0
-            };
-            let at = Point2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-            let spine = grow(&self.form, at, width, flat.height(), &habit, welcome);
-            // a stroke that is shorter than it is wide is a blot
-            let length: f64 = spine.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-            if length < SLENDER * habit.radius && brush.radius > finest {
-                continue;
-            }
-            let line = self.pen_line(&brush, &spine);
-            let gain = self.canvas.gain(&line, self.lines[ink], ink, self.options.harm);
-            if gain > floor && best.as_ref().is_none_or(|b| gain > b.0) {
-                best = Some((gain, line));
-            }
-            if brush.radius <= finest {
-                break;
-            }
-        }
-        best.map(|(_, line)| (ink, line))
+    #[test]
+    fn nothing_to_draw_and_senseless_options_are_said() {
+        let (flat, picture, semantics) = scene();
+        let white = Flat::new(WIDTH, HEIGHT, inks(), Some(0), vec![0; WIDTH * HEIGHT]).unwrap();
+        let run = |flat: &Flat, widths: &[f64], options: &LayeredOptions| {
+            layered_depth(flat, &picture, &semantics, SHEET, widths, options, 1).map(|_| ()).unwrap_err()
+        };
+        assert!(matches!(run(&white, &[1e-3; 4], &options(9)), ArtError::NothingToDraw { .. }));
+        assert!(run(&flat, &[1e-3; 3], &options(9)).to_string().contains("there are 4 inks"));
+        assert!(run(&flat, &[0.0; 4], &options(9)).to_string().starts_with("line width = 0"));
+        assert!(run(&flat, &[1e-3; 4], &options(0)).to_string().starts_with("strokes = 0"));
+        let bad = LayeredOptions { passes: vec![0.5, f64::NAN], ..options(9) };
+        assert!(run(&flat, &[1e-3; 4], &bad).to_string().starts_with("passes = NaN"));
     }
-}
 
-/// The layer of depth of each pixel within its segment, from the back: the histogram of the segment's depths, equalised.
-fn bands(semantics: &Semantics, layers: usize) -> Vec<u8> {
-    const BINS: usize = 256;
-    let bin = |d: f32| ((d * BINS as f32) as usize).min(BINS - 1);
-    let mut histogram = vec![[0u32; BINS]; semantics.segments().len()];
-    for (s, d) in semantics.labels().iter().zip(&semantics.depth().values) {
-        histogram[usize::from(*s)][bin(*d)] += 1;
-    }
-    let band: Vec<Vec<u8>> = histogram
-        .iter()
-        .map(|bins| {
-            let all: f64 = bins.iter().map(|b| f64::from(*b)).sum::<f64>().max(1.0);
-            let mut below = 0.0;
-            bins.iter()
-                .map(|b| {
-                    // the middle of a bin, so that a segment of one depth is one layer in the middle
-                    let share = (below + 0.5 * f64::from(*b)) / all;
-                    below += f64::from(*b);
-                    ((share * layers as f64) as usize).min(layers - 1) as u8
-                })
-                .collect()
-        })
-        .collect();
-    semantics.labels().iter().zip(&semantics.depth().values).map(|(s, d)| band[usize::from(*s)][bin(*d)]).collect()
-}
-
-/// Strokes in the order in which they are drawn: by segment, outline, then layer from the back, then from the broadest brush
-/// to the finest, and in each of these from the lightest ink to the darkest, with short ways between.
-fn in_order(mut planned: Vec<Planned>, inks: &[Ink]) -> Vec<Planned> {
-    let lightness = |ink: usize| oklab_from_rgb(inks[ink].color)[0];
-    let mut by_light: Vec<usize> = (0..inks.len()).collect();
-    by_light.sort_by(|a, b| lightness(*b).total_cmp(&lightness(*a)).then(a.cmp(b)));
-    let mut shade = vec![0; inks.len()];
-    by_light.into_iter().enumerate().for_each(|(k, i)| shade[i] = k);
-    let key = |p: &Planned| (p.rank, p.layer, p.pass, shade[p.ink]);
-    planned.sort_by_key(key);
-    let mut at = Point2::origin();
-    let mut start = 0;
-    while start < planned.len() {
-        let same = |p: &Planned| key(p) == key(&planned[start]);
-        let end = start + planned[start..].iter().take_while(|p| same(p)).count();
-        for next in start..end {
-            let way = |p: &Planned| {
-                let (a, b) = (p.line.first(), p.line.last());
-                let d = |q: Option<&Point2<f64>>| q.map_or(f64::MAX, |q| (q - at).norm());
-                (d(a).min(d(b)), d(b) < d(a))
-            };
-            let nearest =
-                (next..end).min_by(|a, b| way(&planned[*a]).0.total_cmp(&way(&planned[*b]).0)).unwrap_or(next);
-            planned.swap(next, nearest);
-            if way(&planned[next]).1 {
-                planned[next].line.reverse();
-            }
-            at = planned[next].line.last().copied().unwrap_or(at);
+    #[test]
+    fn one_pixel_and_all_black_are_drawn() {
+        for (width, height) in [(1, 1), (3, 2), (60, 40)] {
+            let flat = Flat::new(width, height, inks(), Some(0), vec![3; width * height]).unwrap();
+            let picture = flat.picture();
+            let one = vec![Segment { name: "night".into(), kind: Kind::Stuff { order: 0 } }];
+            let depth = Plane::filled(width, height, 0.0);
+            let semantics = Semantics::new(one, vec![0; width * height], depth).unwrap();
+            let sheet = Sheet { width: 0.06, height: 0.04 };
+            let art = layered_depth(&flat, &picture, &semantics, sheet, &[0.001; 4], &options(100), 1).unwrap();
+            assert!(art.drawing.stroke_count() > 0, "{width} x {height}");
         }
-        start = end;
     }
-    planned
 }

@@ -11,6 +11,8 @@ mod layered;
 mod majority;
 #[cfg(feature = "onnx")]
 mod onnx;
+mod options;
+mod painter;
 mod plates;
 mod regions;
 mod semantics;
@@ -19,8 +21,9 @@ mod trace;
 
 pub use error::SemanticsError;
 pub use estimate::estimate;
-pub use layered::{LayeredOptions, layered_depth};
+pub use layered::layered_depth;
 #[cfg(feature = "onnx")]
 pub use onnx::{ModelOptions, depth_from_model, labels_from_model};
+pub use options::LayeredOptions;
 pub use semantics::{Kind, MAX_SEGMENTS, Segment, Semantics};
 pub use superpixels::{SlicOptions, Superpixel, Superpixels, slic};

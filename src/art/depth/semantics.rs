@@ -1,10 +1,8 @@
 //! What a picture shows where, and how near it is.
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::Path;
 
 use serde::Deserialize;
-use serde::de::{self, SeqAccess, Visitor};
 
 use crate::art::depth::SemanticsError;
 use crate::picture::{Labels, Plane, read_depth, read_labels};
@@ -255,18 +253,8 @@ enum Word {
     Stuff,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawEntry {
-    label: u16,
-    name: String,
-    kind: Word,
-    confidence: Option<f64>,
-    order: Option<i64>,
-}
-
-#[derive(Debug, PartialEq, Deserialize)]
-#[serde(try_from = "RawEntry")]
 struct Entry {
     label: u16,
     name: String,
@@ -275,69 +263,61 @@ struct Entry {
     order: Option<i64>,
 }
 
-impl TryFrom<RawEntry> for Entry {
-    type Error = String;
-
-    fn try_from(raw: RawEntry) -> Result<Self, String> {
-        let RawEntry { label, name, kind, confidence, order } = raw;
-        match kind {
-            Word::Thing if order.is_some() => {
-                return Err(format!(
-                    "label {label} is a thing: things are ordered by size and `confidence`, not `order`"
-                ));
-            }
-            Word::Stuff if confidence.is_some() => {
-                return Err(format!("label {label} is stuff: stuff is ordered by `order`, not `confidence`"));
-            }
-            _ => {}
+impl Entry {
+    /// What is wrong with it, after these.
+    fn mistake(&self, before: &[Entry]) -> Option<String> {
+        let label = self.label;
+        if let Some(first) = before.iter().find(|e| e.label == label) {
+            return Some(format!("label {label} is `{}` already", first.name));
         }
-        if let Some(c) = confidence.filter(|c| !(0.0..=1.0).contains(c)) {
-            return Err(format!("label {label} has a confidence of {c}: it must lie in 0..=1"));
-        }
-        Ok(Self { label, name, kind, confidence, order })
-    }
-}
-
-/// Entries whose labels differ; a visitor, so that serde_json knows the line of the second one.
-#[derive(Debug)]
-struct Table(Vec<Entry>);
-
-impl<'de> Deserialize<'de> for Table {
-    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = Table;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a list of segments such as [{\"label\": 1, \"name\": \"sheep\", \"kind\": \"thing\"}]")
+        match (self.kind, self.confidence, self.order) {
+            (Word::Thing, _, Some(_)) => {
+                Some(format!("label {label} is a thing: things are ordered by size and `confidence`, not by `order`"))
             }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Table, A::Error> {
-                let mut entries: Vec<Entry> = Vec::new();
-                while let Some(entry) = seq.next_element::<Entry>()? {
-                    if let Some(first) = entries.iter().find(|e| e.label == entry.label) {
-                        let message = format!("label {} is `{}` already", entry.label, first.name);
-                        return Err(de::Error::custom(message));
-                    }
-                    if entries.len() == MAX_SEGMENTS {
-                        return Err(de::Error::custom(format!("there can be at most {MAX_SEGMENTS} segments")));
-                    }
-                    entries.push(entry);
-                }
-                Ok(Table(entries))
+            (Word::Stuff, Some(_), _) => {
+                Some(format!("label {label} is stuff: stuff is ordered by `order`, not by `confidence`"))
             }
+            (_, Some(c), _) if !(0.0..=1.0).contains(&c) => {
+                Some(format!("label {label} has a confidence of {c}: it must lie in 0..=1"))
+            }
+            _ => None,
         }
-        deserializer.deserialize_seq(Entries)
     }
 }
 
 fn parse_table(text: &str, file: &Path) -> Result<Vec<Entry>, SemanticsError> {
-    let table: Table = serde_json::from_str(text).map_err(|e| {
-        let message = e.to_string();
-        let end = message.rfind(" at line ").unwrap_or(message.len());
-        SemanticsError::Table { file: file.to_path_buf(), line: e.line().max(1), message: message[..end].to_string() }
-    })?;
-    Ok(table.0)
+    let invalid = |line: usize, message: String| {
+        Err(SemanticsError::Table { file: file.to_path_buf(), line: line.max(1), message })
+    };
+    let entries: Vec<Entry> = match serde_json::from_str(text) {
+        Ok(entries) => entries,
+        Err(_) if !text.trim_start().starts_with('[') => {
+            let right = r#"[{"label": 1, "name": "sheep", "kind": "thing"}]"#;
+            return invalid(1, format!("a table of segments is a list such as {right}"));
+        }
+        Err(e) => {
+            let message = e.to_string();
+            let end = message.rfind(" at line ").unwrap_or(message.len());
+            return invalid(e.line(), message[..end].to_string());
+        }
+    };
+    if entries.len() > MAX_SEGMENTS {
+        return invalid(1, format!("{} entries, but there can be at most {MAX_SEGMENTS} segments", entries.len()));
+    }
+    for (i, entry) in entries.iter().enumerate() {
+        if let Some(message) = entry.mistake(&entries[..i]) {
+            return invalid(line_of_entry(text, i), message);
+        }
+    }
+    Ok(entries)
+}
+
+/// The 1-based line on which an entry has its label. Every entry has one key `"label"`; a name that reads so is followed by
+/// no colon.
+fn line_of_entry(text: &str, index: usize) -> usize {
+    let key = |(at, word): &(usize, &str)| text[at + word.len()..].trim_start().starts_with(':');
+    let at = text.match_indices("\"label\"").filter(key).nth(index).map_or(0, |(at, _)| at);
+    text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count() + 1
 }
 
 #[cfg(test)]
@@ -385,7 +365,7 @@ mod tests {
         let e = error(&format!("[{one},\n {{\"label\": 2, \"name\": \"b\", \"kind\": \"thing\", \"order\": 2}}]"));
         assert!(e.starts_with("t.json:2: label 2 is a thing"), "{e}");
         assert!(error("[{\"label\": 1}]").contains("missing field `name`"));
-        assert!(error("{}").contains("a list of segments such as"));
+        assert!(error("{}").contains("is a list such as"));
     }
 
     #[test]
