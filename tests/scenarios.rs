@@ -82,7 +82,7 @@ macro_rules! each {
     };
 }
 
-each!(column_figure, first_light, grid_plane, hilbert_column, letter);
+each!(column_figure, first_light, grid_plane, hilbert_column, letter, stylus_signature);
 
 #[test]
 fn a_scenario_holds_on_rapier_too() {

@@ -26,6 +26,8 @@ pub struct PlanOptions {
     pub press: PressDepths,
     /// Most that the press depth may change along a stroke, m per m. What is wished to change faster is spread out.
     pub press_slope: f64,
+    /// Most that the press depth may change in time on a stroke, m/s: the pen goes slower where it must.
+    pub press_rate: f64,
     /// Largest distance between two planned poses along a stroke, m.
     pub step: f64,
     /// A change of direction above this is a corner: the pen stops there, rad.
@@ -58,7 +60,8 @@ impl Default for PlanOptions {
             cartesian_acceleration: 0.5,
             hover: 0.008,
             press: PressDepths::constant(0.003),
-            press_slope: 0.4,
+            press_slope: 2.0,
+            press_rate: 0.03,
             step: 0.001,
             corner_angle: 20f64.to_radians(),
             path_tolerance: 5e-5,
@@ -87,6 +90,7 @@ impl PlanOptions {
             ("corner_angle", self.corner_angle),
             ("path_tolerance", self.path_tolerance),
             ("press_slope", self.press_slope),
+            ("press_rate", self.press_rate),
         ];
         let not_negative = [
             ("limit_margin", self.limit_margin),

@@ -35,6 +35,10 @@ const DOT_TIME: f64 = 0.2;
 const TOUCH_ABOVE: f64 = 0.0015;
 /// ... to this depth under it, m: there it touches.
 const TOUCH_BELOW: f64 = 3e-4;
+/// A line that begins lightly is touched at least at this share of the landing speed, ...
+const GENTLEST: f64 = 0.1;
+/// ... which is taken from this height on, m.
+const GENTLE_ABOVE: f64 = 5e-4;
 /// How much faster it may go on once it touches: then only the spring of the impedance law is wound up.
 const PRESSING: f64 = 2.0;
 /// Rest at the press depth before the line begins, s.
@@ -105,8 +109,7 @@ fn refine(
     let arm = cell.solver.arm();
     let mut pass = 0;
     loop {
-        let positions: Vec<Vector3<f64>> = targets.iter().map(|t| t.position.coords).collect();
-        let piece = Piece::new(q.clone(), &positions, options.pen_speed);
+        let piece = pressed_piece(cell, &targets, &depths, q.clone());
         let (worst, stray) = strays(arm, &piece.spline, &targets, options.path_tolerance);
         if stray.is_empty() || pass == REFINEMENTS {
             return (piece, depths, worst);
@@ -135,6 +138,24 @@ fn refine(
         }
         (targets, depths, q) = (more, more_depths, more_q);
     }
+}
+
+/// The piece through `targets`. Its parameter and speed are those along the line, however the depth changes; where that
+/// changes fast, the line is passed more slowly.
+fn pressed_piece(cell: &Workcell, targets: &[PenTarget], depths: &[f64], q: Vec<JointVector>) -> Piece {
+    let options = cell.options;
+    let level = |(t, d): (&PenTarget, &f64)| t.position.coords - t.axis * (d - depths[0]);
+    let positions: Vec<Vector3<f64>> = targets.iter().zip(depths).map(level).collect();
+    let mut piece = Piece::new(q, &positions, options.pen_speed);
+    let s = piece.spline.parameters();
+    for i in 1..depths.len() {
+        let slope = (depths[i] - depths[i - 1]).abs() / (s[i] - s[i - 1]);
+        let most = options.press_rate / slope.max(1e-9);
+        for speed in &mut piece.speed[i - 1..=i] {
+            *speed = speed.min(most);
+        }
+    }
+    piece
 }
 
 /// Largest deviation (m) half-way between targets, and the intervals where position or axis stray too far.
@@ -174,7 +195,9 @@ fn upright(cell: &Workcell, at: &Waypoint, q: &JointVector) -> Result<Upright, O
 fn rise(cell: &Workcell, place: &Waypoint, start: &JointVector, hover: f64) -> Result<Upright, Obstruction> {
     let (target, depth) = (&place.target, place.depth);
     let arm = cell.solver.arm();
-    let steps = ((hover + depth) / VERTICAL_STEP).ceil().max(2.0) as usize;
+    // a light touch is gentle over the last bit only, which takes poses nearer to each other
+    let step = if depth < cell.options.press.default { GENTLE_ABOVE } else { VERTICAL_STEP };
+    let steps = ((hover + depth) / step).ceil().max(2.0) as usize;
     let (mut q, mut heights) = (vec![*start], vec![-depth]);
     for i in 1..=steps {
         let way = (hover + depth) * i as f64 / steps as f64;
@@ -204,12 +227,16 @@ fn vertical(cell: &Workcell, (mut q, mut heights): Upright, down: bool, limits: 
     // the path is a straight line: its heights are coordinates enough
     let positions: Vec<Vector3<f64>> = heights.iter().map(|h| Vector3::new(0.0, 0.0, *h)).collect();
     let mut piece = Piece::new(q, &positions, options.travel_speed);
+    // the nib strikes with a force in proportion to its speed: no harder than it shall press
+    let deepest = -heights.iter().copied().fold(0.0, f64::min);
+    let share = if deepest < options.press.default { (deepest / options.press.default).max(GENTLEST) } else { 1.0 };
     for (speed, height) in piece.speed.iter_mut().zip(&heights) {
         let bound = match *height {
             h if h > TOUCH_ABOVE => continue,
             _ if !down => options.pen_speed,
-            h if h > -TOUCH_BELOW => options.landing_speed,
-            _ => options.landing_speed * PRESSING,
+            h if h > GENTLE_ABOVE => options.landing_speed,
+            h if h > -TOUCH_BELOW => options.landing_speed * share,
+            _ => options.landing_speed * share * PRESSING,
         };
         *speed = speed.min(bound);
     }

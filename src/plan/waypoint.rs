@@ -25,8 +25,6 @@ type Place = (Point3<f64>, Vector3<f64>, f64, bool);
 const MERGE_SHARE: f64 = 0.3;
 /// Half width of the window over which normals are averaged, in waypoints.
 const NORMAL_WINDOW: usize = 3;
-/// Half width of the window over which varying press depths are averaged, in waypoints.
-const DEPTH_WINDOW: usize = 2;
 /// Largest change of a normal by that average, rad.
 const NORMAL_TOLERANCE: f64 = 8e-4;
 
@@ -66,8 +64,8 @@ pub fn waypoints(targets: &[SurfaceTarget], layer: usize, options: &PlanOptions)
         .collect()
 }
 
-/// Press depths of all places: those of the wished widths, where they change not too fast along the line, rounded over a
-/// few places. A constant depth stays exactly what it is.
+/// Press depths of all places: those of the wished widths, where they change not too fast along the line, rounded over
+/// neighbours. A constant depth stays exactly what it is.
 fn depths(targets: &[SurfaceTarget], places: &[Place], layer: usize, options: &PlanOptions) -> Vec<f64> {
     let wished = |(_, _, source, _): &Place| {
         let (a, u) = (source.floor() as usize, source.fract());
@@ -84,11 +82,12 @@ fn depths(targets: &[SurfaceTarget], places: &[Place], layer: usize, options: &P
         s[i] = s[i - 1] + (places[i].0 - places[i - 1].0).norm();
     }
     limit_slope(&s, &mut depths, options.press_slope);
-    let round = |i: usize| {
-        let half = DEPTH_WINDOW.min(i).min(depths.len() - 1 - i);
-        depths[i - half..=i + half].iter().sum::<f64>() / (2 * half + 1) as f64
+    let last = depths.len() - 1;
+    let round = |i: usize| match i {
+        _ if i == 0 || i == last => depths[i],
+        _ => 0.25 * (depths[i - 1] + 2.0 * depths[i] + depths[i + 1]),
     };
-    (0..depths.len()).map(round).collect()
+    (0..=last).map(round).collect()
 }
 
 /// Indices of the targets to keep, and whether the line turns there.
