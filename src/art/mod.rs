@@ -5,32 +5,32 @@
 
 mod brush;
 pub mod depth;
+mod dots;
 mod edges;
 mod error;
 mod flow;
 mod hatch_lines;
 mod hatching;
-mod painterly;
 mod ink_order;
+mod painterly;
 mod placement;
+mod screen;
+pub mod stipple;
 mod stripes;
+mod tsp;
+mod voronoi;
 
 pub use brush::{BrushFill, PenBrush};
+pub use dots::{DotOptions, dot_art};
 pub use edges::{EdgeOptions, edges};
 pub use error::ArtError;
 pub use flow::{Flow, FlowOptions};
 pub use hatching::{HatchOptions, hatching};
-pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
 pub use ink_order::{InkOrder, OrderReport, arrange, shorten_travel};
-pub use placement::Placement;
-mod error;
-mod placement;
-pub mod stipple;
-mod voronoi;
-
-pub use error::ArtError;
+pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
 pub use placement::Placement;
 pub use stipple::{Dot, DotCount, StippleOptions, stipple};
+pub use tsp::{TspOptions, tsp_art};
 
 use crate::drawing::Drawing;
 use crate::picture::Image;

@@ -23,7 +23,7 @@ const SAMPLES: f64 = 10.0;
 const ENOUGH: f64 = 40.0;
 
 /// Most samples that a picture is made finer to.
-const MAX_SAMPLES: usize = 1 << 25;
+const MAX_SAMPLES: usize = 1 << 24;
 
 /// A stippled dot.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -149,7 +149,7 @@ pub(super) fn cells(density: &Plane, sites: &[Site]) -> Vec<Cell> {
 
 /// The shares of all blocks in a tile.
 fn descend(density: &Plane, candidates: &[Candidate], x: usize, y: usize, side: usize) -> Vec<Share> {
-    if x >= density.width() || y >= density.height() || candidates.is_empty() {
+    if x >= density.width() || y >= density.height() || (side == BLOCK && white(density, x, y)) {
         return Vec::new();
     }
     let extent = Extent::new(x, y, side);
@@ -165,6 +165,12 @@ fn descend(density: &Plane, candidates: &[Candidate], x: usize, y: usize, side: 
     );
     a.extend(b.into_iter().chain(c).chain(d));
     a
+}
+
+/// Whether a block has no ink.
+fn white(density: &Plane, x: usize, y: usize) -> bool {
+    let (columns, rows) = (BLOCK.min(density.width() - x), BLOCK.min(density.height() - y));
+    (y..y + rows).all(|row| density.values[row * density.width() + x..][..columns].iter().all(|d| *d <= 0.0))
 }
 
 /// The shares of one block.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::report::{OutputDir, OutputError, summary};
 use crate::run::{self, Outcome, RunError, Until};
-use crate::scenario::{AssetKind, Assets, DrawingSpec, Override, Scenario, ScenarioError, ScenarioFile};
+use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, ScenarioFile, Sketch};
 
 use super::Ending;
 use super::args::{Args, Command, Job, Listed};
@@ -76,17 +76,17 @@ fn stages(args: &Args, job: &Job, partial: bool, until: Until) -> Result<Ending,
 
 /// `draw`: the drawing alone, of a scenario or of a drawing file.
 fn draw(args: &Args, job: &Job) -> Result<Ending, CommandError> {
-    let extension = job.scenario.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
-    let (file, drawing, pen) = if ["svg", "txt", "jsonl"].contains(&extension.as_str()) {
-        (job.scenario.clone(), DrawingSpec::of_file(&job.scenario, &job.sets)?, None)
-    } else {
+    let is_scenario = job.scenario.extension().is_none_or(|e| e == "toml");
+    let (file, sketch) = if is_scenario {
         let file = scenario_file(&job.scenario)?;
         let scenario = Scenario::read(&file, &job.sets)?;
-        (file, scenario.drawing, Some(scenario.pen))
+        (file, Sketch::from(&scenario))
+    } else {
+        (job.scenario.clone(), Sketch::of_file(&job.scenario, &job.sets)?)
     };
     let out = OutputDir::check(&out_folder(job, &file))?;
     let progress = listener(args.quiet, args.verbose);
-    let outcome = run::draw(&drawing, pen.as_ref(), &out, progress.as_ref())?;
+    let outcome = run::draw(&sketch, &out, progress.as_ref())?;
     drop(progress);
     tell(args, &outcome)?;
     Ok(Ending::Done)

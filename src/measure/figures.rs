@@ -1,9 +1,11 @@
 //! The sections of metrics.json, each from what the stage itself left.
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, InkLayer};
 use crate::ink::InkTrace;
+use crate::math::Rgb;
 use crate::math::stats::Running;
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure, PlanMetrics, SimMetrics,
+    ContactMetrics, DrawingMetrics, LayerMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure, PlanMetrics,
+    SimMetrics,
 };
 use crate::plan::{Plan, ReachReport, SegmentKind};
 use crate::surface::SurfaceDrawing;
@@ -22,7 +24,23 @@ impl DrawingMetrics {
             points: drawing.point_count(),
             length_m: drawing.length(),
             inks: drawing.layers.len(),
+            ink_changes: drawing.ink_changes(),
+            estimated_s: None,
+            layers: drawing.layers.iter().map(LayerMetrics::of).collect(),
             duration_s: Some(duration_s),
+        }
+    }
+}
+
+impl LayerMetrics {
+    fn of(layer: &InkLayer) -> Self {
+        let Rgb([r, g, b]) = layer.color;
+        Self {
+            name: layer.name.clone(),
+            color: format!("#{r:02x}{g:02x}{b:02x}"),
+            strokes: layer.strokes.len(),
+            points: layer.strokes.iter().map(|s| s.points.len()).sum(),
+            length_m: layer.strokes.iter().map(|s| s.length()).sum(),
         }
     }
 }

@@ -64,9 +64,33 @@ pub struct DrawingMetrics {
     pub length_m: f64,
     /// Inks.
     pub inks: usize,
+    /// How often the pen changes, in the order of drawing.
+    pub ink_changes: usize,
+    /// How long a robot takes to draw it, by a rule of thumb, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated_s: Option<f64>,
+    /// Each ink's share.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<LayerMetrics>,
     /// Wall-clock time of reading and tidying, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
+}
+
+/// The strokes of one ink.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct LayerMetrics {
+    /// Name of the ink.
+    pub name: String,
+    /// Its colour, `#rrggbb`.
+    pub color: String,
+    /// Strokes.
+    pub strokes: usize,
+    /// Points of those strokes.
+    pub points: usize,
+    /// Length of those strokes on the sheet, m.
+    pub length_m: f64,
 }
 
 /// The map from sheet to canvas.
@@ -245,7 +269,8 @@ pub struct ToolMetrics {
     pub pose_error_deg_p95: Option<f64>,
 }
 
-/// Picture against artwork, both blurred to the pen's scale.
+/// Picture against artwork, both blurred by three widths of the pen's line. The artwork is the picture that the strokes
+/// were made from, or else the lines as wished.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ImageMetrics {
@@ -255,6 +280,15 @@ pub struct ImageMetrics {
     /// Peak signal-to-noise ratio, dB.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub psnr_db: Option<f64>,
+    /// Structural similarity of the preview: the lines as wished, without robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preview_ssim: Option<f64>,
+    /// Peak signal-to-noise ratio of the preview, dB.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preview_psnr_db: Option<f64>,
+    /// Mean difference of light between preview and artwork, of 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preview_tone_error: Option<f64>,
 }
 
 /// The pictures.
@@ -321,7 +355,9 @@ impl MetricPath {
         metric("drawing.points", "", "points of those strokes"),
         metric("drawing.length_m", "m", "length of the artwork's lines on the flat sheet"),
         metric("drawing.inks", "", "inks, each drawn with its own pen"),
-        metric("drawing.duration_s", "s", "time the computer took to read and tidy the artwork"),
+        metric("drawing.ink_changes", "", "changes of pen that the order of strokes asks for"),
+        metric("drawing.estimated_s", "s", "how long a robot takes to draw it, by a rule of thumb"),
+        metric("drawing.duration_s", "s", "time the computer took to read or make the strokes"),
         metric("mapping.angle_error_mean", "deg", "how much the canvas skews right angles of the sheet, on average"),
         metric("mapping.angle_error_p95", "deg", "the same; 95 % of the drawing is better than this"),
         metric(
@@ -376,6 +412,9 @@ impl MetricPath {
         metric("tool.pose_error_deg_p95", "deg", "how far a fetched pen leans; 95 % are better"),
         metric("image.ssim", "", "likeness of picture and artwork; 1 is equal"),
         metric("image.psnr_db", "dB", "peak signal-to-noise ratio of picture against artwork"),
+        metric("image.preview_ssim", "", "likeness of preview and artwork; 1 is equal"),
+        metric("image.preview_psnr_db", "dB", "peak signal-to-noise ratio of preview against artwork"),
+        metric("image.preview_tone_error", "", "mean difference of light between preview and artwork, of 0 to 1"),
         metric("render.px_per_mm", "px/mm", "resolution of drawing.png"),
         metric("render.duration_s", "s", "time the computer took to make the pictures"),
     ];

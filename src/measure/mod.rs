@@ -8,7 +8,7 @@ mod width;
 
 pub use line::{LineFit, line_fit};
 pub use metrics::{
-    ContactMetrics, DrawingMetrics, ImageMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics, PlanFailure,
-    PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
+    ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics,
+    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
 };
 pub use width::width_error;

@@ -1,4 +1,8 @@
 //! Why a run couldn't be done.
+use std::path::PathBuf;
+
+use crate::art::ArtError;
+use crate::art::depth::SemanticsError;
 use crate::config::ConfigError;
 use crate::drawing::DrawingError;
 use crate::ink::InkError;
@@ -64,6 +68,18 @@ pub enum RunError {
     /// The flat picture can't be made.
     #[error(transparent)]
     Ink(#[from] InkError),
+    /// A picture makes no strokes.
+    #[error(transparent)]
+    Art(#[from] ArtError),
+    /// Segments or depth can't be used.
+    #[error(transparent)]
+    Semantics(#[from] SemanticsError),
+    /// A model is asked for, but the program can't run one.
+    #[error("{}: this program was built without ONNX models: build it with `--features onnx`, or give images", model.display())]
+    NoModels {
+        /// The model.
+        model: PathBuf,
+    },
     /// A picture can't be read or written.
     #[error(transparent)]
     Picture(#[from] PictureError),

@@ -1,33 +1,42 @@
 //! One scenario, from start to end.
 
+mod artwork;
 mod cast;
 mod error;
 mod options;
+mod picture_art;
 mod pictures;
+mod preview;
 mod progress;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::control::ImpedanceController;
-use crate::drawing::{Drawing, svg_write};
+use crate::drawing::svg_write;
+use crate::ink::{RasterOptions, rasterise};
 use crate::measure::{
     ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
     width_error,
 };
+use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
-use crate::scenario::{DrawingSpec, PenSpec, Scenario};
+use crate::scenario::{Scenario, Sketch};
 use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
-use crate::twin::{Record, Surroundings, TwinArm, simulate};
+use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
 pub use progress::{Progress, Silent};
 
+use artwork::Made;
 use cast::Cast;
+use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
 const MEASURE_STEP: f64 = 2.5e-4;
+/// Largest side of the preview, px.
+const PREVIEW_PX: u32 = 2400;
 
 /// How far to go along the way from drawing to pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -85,16 +94,17 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 
     progress.stage("drawing", None);
     let started = Instant::now();
-    let drawing = cast::draw(&scenario.drawing, Some(&scenario.pen), progress)?;
-    metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
+    let sketch = Sketch::from(scenario);
+    let made = artwork::make(&sketch, progress)?;
+    let drawn = Drawn::new(&sketch, &made, started, &mut metrics)?;
     if until == Until::Drawing {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
-        write_wished(&drawing, out, &mut written)?;
+        drawn.write(&made, out, &mut written)?;
         return finish(metrics, written, out);
     }
 
     progress.stage("mapping", None);
-    let cast = Cast::load(scenario, drawing)?;
+    let cast = Cast::load(scenario, made.drawing.clone(), drawn.pens.clone())?;
     let started = Instant::now();
     let mapping = Projection::new(&cast.belief);
     let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
@@ -109,6 +119,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
+    drawn.write(&made, out, &mut written)?;
     let reach = planned.reach;
     let plan = Plan { arms: vec![planned.plan] };
     metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));
@@ -138,6 +149,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         ..LineMetrics::of(&fit, &record.ink)
     });
 
+    metrics.image = Some(drawn.likenesses.metrics(Some(&record.ink))?);
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
     written.other(out.write("drawing.svg", svg.as_bytes())?, "What was drawn, in mm, a layer an ink, width as drawn");
@@ -161,29 +173,55 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     finish(metrics, written, out)
 }
 
-/// Reads and tidies a drawing, and writes the lines as wished to `drawing.svg`.
-///
-/// Where lines follow the pressure of a stylus they are as wide as `pen` can draw them; `None` is the default pen.
-pub fn draw(
-    spec: &DrawingSpec,
-    pen: Option<&PenSpec>,
-    out: &OutputDir,
-    progress: &dyn Progress,
-) -> Result<Outcome, RunError> {
+/// Reads, or makes, a drawing, and writes the lines as wished, a preview of them and the figures.
+pub fn draw(sketch: &Sketch, out: &OutputDir, progress: &dyn Progress) -> Result<Outcome, RunError> {
     progress.stage("drawing", None);
     let started = Instant::now();
-    let drawing = cast::draw(spec, pen, progress)?;
-    let mut metrics = Metrics::new("drawing", 0);
-    metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
+    let made = artwork::make(sketch, progress)?;
+    let mut metrics = Metrics::new(&sketch.name, sketch.seed);
+    let drawn = Drawn::new(sketch, &made, started, &mut metrics)?;
     let mut written = Written::default();
-    write_wished(&drawing, out, &mut written)?;
+    drawn.write(&made, out, &mut written)?;
     finish(metrics, written, out)
 }
 
-fn write_wished(drawing: &Drawing, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
-    let svg = svg_write::write(drawing);
-    written.other(out.write("wished.svg", svg.as_bytes())?, "The lines as wished, in mm");
-    Ok(())
+/// A drawing with its pens, and what it would look like.
+struct Drawn {
+    pens: Vec<LayerPen>,
+    preview: Image,
+    px_per_mm: f64,
+    likenesses: Likenesses,
+}
+
+impl Drawn {
+    /// Finds the pens and looks at the preview; `started` is when the artwork was begun.
+    fn new(sketch: &Sketch, made: &Made, started: Instant, metrics: &mut Metrics) -> Result<Self, RunError> {
+        let seconds = started.elapsed().as_secs_f64();
+        let pens = cast::pens(&made.drawing, &sketch.pen)?;
+        let estimate = preview::estimated_time(&made.drawing, sketch);
+        metrics.drawing =
+            Some(DrawingMetrics { estimated_s: Some(estimate), ..DrawingMetrics::of(&made.drawing, seconds) });
+        let [width, height] = pictures::page(&made.drawing);
+        let px = sketch.render.drawing_px.min(PREVIEW_PX);
+        let options = RasterOptions::with_long_side(width, height, px);
+        let preview = rasterise(&preview::wished_trace(&made.drawing, &pens), &options)?;
+        let likenesses = Likenesses::new(&made.drawing, &pens, made.picture.as_ref())?;
+        metrics.image = Some(likenesses.metrics(None)?);
+        Ok(Self { pens, preview, px_per_mm: options.px_per_mm, likenesses })
+    }
+
+    /// Writes the lines, the preview, and the pictures of the way there.
+    fn write(&self, made: &Made, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+        let svg = svg_write::write(&made.drawing);
+        written.other(out.write("wished.svg", svg.as_bytes())?, "The lines as wished, in mm");
+        let png = self.preview.to_png(Some(self.px_per_mm))?;
+        written.picture(out.write("preview.png", &png)?, "The lines as wished, at the pen's width: no robot");
+        for plate in &made.plates {
+            let png = plate.image.to_png(None)?;
+            written.picture(out.write(&format!("{}.png", plate.name), &png)?, &plate.caption);
+        }
+        Ok(())
+    }
 }
 
 fn finish(metrics: Metrics, mut written: Written, out: &OutputDir) -> Result<Outcome, RunError> {

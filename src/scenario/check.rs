@@ -1,5 +1,5 @@
 //! Numbers in their ranges, and mistakes at their lines.
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::config;
 
@@ -14,6 +14,14 @@ pub(super) struct Check<'a> {
 }
 
 impl Check<'_> {
+    /// The folder of the file, from which paths in it start.
+    pub fn folder(&self) -> PathBuf {
+        match self.file.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+            _ => PathBuf::from("."),
+        }
+    }
+
     /// The error that `key` is wrong; the message goes on from its name: "must be ...".
     pub fn wrong(&self, key: &str, message: impl Into<String>) -> ScenarioError {
         let leaf = key.rsplit('.').next().unwrap_or(key);

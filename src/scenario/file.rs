@@ -6,6 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::surface::MappingKind;
 
+use super::picture::{
+    ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
+    Style, TspSettings,
+};
 use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
 
 /// A scenario file: TOML, unknown keys refused, everything but the drawing and the canvas optional.
@@ -70,8 +74,8 @@ impl ScenarioFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DrawingFile {
-    /// An `.svg`, the recording of a stylus `.jsonl`, or one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ...;
-    /// relative to the scenario's folder.
+    /// An `.svg`, the recording of a stylus `.jsonl`, one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ..., or a
+    /// picture, `.png` or `.jpg`; relative to the scenario's folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     /// Height of the drawing, mm. With both height and width the drawing is fitted into them; with neither it keeps
@@ -100,9 +104,37 @@ pub struct DrawingFile {
     pub merge_mm: f64,
     /// Points are left out while the line moves less than this, mm.
     pub simplify_mm: f64,
+    /// In which order strokes of several inks are drawn.
+    pub ink_order: InkOrder,
+    /// With `ink_order = "fewest_changes"`: how far from its turn a stroke may be drawn, as a share of all strokes.
+    pub disorder: f64,
     /// A generated pattern in place of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<PatternFile>,
+    /// What is made of a picture; when absent, what the one section for pictures below says, or else `tsp`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub style: Option<Style>,
+    /// How a picture is taken apart into inks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub color: Option<ColorSettings>,
+    /// One line an ink through the points of a picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tsp: Option<TspSettings>,
+    /// Dots.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stipple: Option<StippleSettings>,
+    /// Brush strokes from broad to fine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub painterly: Option<PainterlySettings>,
+    /// Brush strokes object by object, from back to front.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layered_depth: Option<LayeredDepthSettings>,
+    /// Cross-hatching.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hatching: Option<HatchingSettings>,
+    /// Edge lines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<EdgeSettings>,
 }
 
 impl Default for DrawingFile {
@@ -120,7 +152,17 @@ impl Default for DrawingFile {
             tidy: true,
             merge_mm: 0.05,
             simplify_mm: 0.005,
+            ink_order: InkOrder::AsMade,
+            disorder: 0.1,
             pattern: None,
+            style: None,
+            color: None,
+            tsp: None,
+            stipple: None,
+            painterly: None,
+            layered_depth: None,
+            hatching: None,
+            edges: None,
         }
     }
 }

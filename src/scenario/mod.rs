@@ -6,16 +6,23 @@
 mod accept;
 mod assets;
 mod check;
+mod drawing;
 mod file;
 mod overrides;
+mod picture;
 mod resolve;
 mod settings;
 
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
+pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
 pub use file::{CanvasFile, DrawingFile, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;
-pub use resolve::{Artwork, CanvasSpec, DrawingSpec, Pattern, PenSpec, Scenario, ScenarioError};
+pub use picture::{
+    ColorSettings, EdgeSettings, Hand, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, Separation,
+    StippleSettings, Style, TspSettings,
+};
+pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
 
 #[cfg(test)]

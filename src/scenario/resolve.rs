@@ -8,11 +8,12 @@ use crate::config::{self, ConfigError};
 use crate::measure::MetricPath;
 use crate::surface::MappingKind;
 
-use super::assets::{AssetKind, Assets, existing};
+use super::assets::{AssetKind, Assets};
 use super::check::Check;
-use super::file::{CanvasFile, DrawingFile, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
+use super::drawing::{DrawingSpec, resolve_drawing};
+use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
-use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
+use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
 
 /// A scenario that can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -32,71 +33,6 @@ pub enum ScenarioError {
     /// The scenario can't be written as TOML.
     #[error("the scenario can't be written as TOML: {0}")]
     Unwritable(#[from] toml::ser::Error),
-}
-
-/// A generated drawing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pattern {
-    /// `n` x `n` squares.
-    Grid {
-        /// Squares a side.
-        n: u32,
-    },
-    /// Hilbert's curve.
-    Hilbert {
-        /// Order; the curve has 4^order points.
-        order: u32,
-    },
-    /// Sierpinski's arrowhead curve.
-    Arrowhead {
-        /// Order; the curve has 3^order sides.
-        order: u32,
-    },
-    /// Koch's snowflake.
-    Snowflake {
-        /// Order; the curve has 3 * 4^order sides.
-        order: u32,
-    },
-    /// A test target.
-    Target,
-}
-
-/// Where the drawing comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Artwork {
-    /// An `.svg`, `.jsonl` or `_k.txt` file; the path is absolute.
-    File(PathBuf),
-    /// A pattern.
-    Pattern(Pattern),
-}
-
-/// What is drawn, and how large.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DrawingSpec {
-    /// Where the drawing comes from.
-    pub artwork: Artwork,
-    /// Height, mm. Both: fit into; neither: its own size.
-    pub height_mm: Option<f64>,
-    /// Width, mm.
-    pub width_mm: Option<f64>,
-    /// Turn, counter-clockwise, degrees.
-    pub rotate_deg: f64,
-    /// What becomes of filled areas.
-    pub fill: Fill,
-    /// Distance between hatch lines, mm.
-    pub hatch_spacing_mm: f64,
-    /// Direction of hatch lines, degrees from the x axis.
-    pub hatch_angle_deg: f64,
-    /// Width of a stylus's line at no and at full pressure, mm; `None`: what the pen can draw.
-    pub stylus_width_mm: Option<[f64; 2]>,
-    /// Exponent of the pressure in that.
-    pub stylus_gamma: f64,
-    /// Merge and order strokes.
-    pub tidy: bool,
-    /// Joining distance, mm.
-    pub merge_mm: f64,
-    /// Simplification tolerance, mm.
-    pub simplify_mm: f64,
 }
 
 /// What is drawn on.
@@ -181,30 +117,76 @@ impl Scenario {
     }
 }
 
-impl DrawingSpec {
-    /// The drawing in a file, as a scenario with that `source` would have it; only `drawing.` keys can be overridden.
+/// A drawing by itself: what is drawn and with what, without robot and canvas.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sketch {
+    /// Name of the drawing.
+    pub name: String,
+    /// Seed of every random number.
+    pub seed: u64,
+    /// What is drawn, and how large.
+    pub drawing: DrawingSpec,
+    /// What it is drawn with.
+    pub pen: PenSpec,
+    /// Speed of the pen and of travels, for the time that drawing takes.
+    pub control: ControlSettings,
+    /// Heights and accelerations, for the same.
+    pub plan: PlanSettings,
+    /// The picture's size.
+    pub render: RenderSettings,
+}
+
+impl Sketch {
+    /// The drawing in a file, as a scenario with that `source` would have it. Overrides may change `drawing`, `pen`,
+    /// `control`, `plan`, `render` and `seed`.
     pub fn of_file(file: &Path, overrides: &[Override]) -> Result<Self, ScenarioError> {
+        const HEEDED: [&str; 6] = ["drawing", "pen", "control", "plan", "render", "seed"];
         let mut table = toml::Table::new();
         for set in overrides {
             let wrong = |message: String| ScenarioError::Override { text: set.text.clone(), message };
-            if set.keys.first().is_none_or(|k| k != "drawing") {
-                return Err(wrong("a drawing file has only `drawing.` keys".into()));
+            if !set.keys.first().is_some_and(|k| HEEDED.contains(&k.as_str())) {
+                return Err(wrong(format!("of a scenario, a drawing by itself heeds {}", HEEDED.join(", "))));
             }
             set.apply(&mut table).map_err(wrong)?;
             ScenarioFile::deserialize(table.clone()).map_err(|e| wrong(config::explain(e.message())))?;
         }
         let check = Check { text: "", file, overrides };
-        let mut typed = ScenarioFile::deserialize(table).map_err(|e| check.sentence("drawing", e.message()))?.drawing;
+        let mut typed = ScenarioFile::deserialize(table).map_err(|e| check.sentence("drawing", e.message()))?;
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        typed.source.get_or_insert(name);
-        resolve_drawing(typed, file.parent().unwrap_or(Path::new("")), &check)
+        typed.drawing.source.get_or_insert(name);
+        let folder = check.folder();
+        check_control(&typed.control, &check)?;
+        check_plan(&typed.plan, &check)?;
+        check_render(&typed.render, &check)?;
+        Ok(Self {
+            name: file.file_stem().map_or_else(|| "drawing".into(), |s| s.to_string_lossy().into_owned()),
+            seed: typed.seed,
+            drawing: resolve_drawing(typed.drawing, &folder, &check)?,
+            pen: resolve_pen(typed.pen, &Assets::seen_from(&folder), &folder, &check)?,
+            control: typed.control,
+            plan: typed.plan,
+            render: typed.render,
+        })
+    }
+}
+
+impl From<&Scenario> for Sketch {
+    fn from(s: &Scenario) -> Self {
+        Self {
+            name: s.name.clone(),
+            seed: s.seed,
+            drawing: s.drawing.clone(),
+            pen: s.pen.clone(),
+            control: s.control.clone(),
+            plan: s.plan.clone(),
+            render: s.render.clone(),
+        }
     }
 }
 
 /// Fills in, checks and finds.
 fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError> {
-    let folder = check.file.parent().unwrap_or(Path::new("")).to_path_buf();
-    let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
+    let folder = check.folder();
     let assets = Assets::seen_from(&folder);
     let asset = |key: &str, kind, text: &str| assets.find(kind, text, &folder).map_err(|e| check.sentence(key, e));
 
@@ -215,14 +197,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     for x in offset_mm {
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
-    let PenFile { kind, press_depth_mm, change_s, inks } = typed.pen;
-    check.within("pen.press_depth_mm", press_depth_mm, 0.0, 50.0)?;
-    check.within("pen.change_s", change_s, 0.0, 3600.0)?;
-    let mut pens = BTreeMap::new();
-    for (ink, pen) in inks {
-        let key = if ink.starts_with('#') { ink_color(&ink, check)? } else { ink.clone() };
-        pens.insert(key, asset(&format!("pen.inks.{ink}"), AssetKind::Pen, &pen)?);
-    }
+    let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
     check_plan(&typed.plan, check)?;
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
@@ -235,7 +210,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
         drawing,
         canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
-        pen: PenSpec { kind: asset("pen.kind", AssetKind::Pen, &kind)?, press_depth_mm, change_s, inks: pens },
+        pen,
         plan: typed.plan,
         control: typed.control,
         sim: typed.sim,
@@ -244,82 +219,17 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     })
 }
 
-fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) -> Result<DrawingSpec, ScenarioError> {
-    let artwork = match (typed.source, typed.pattern) {
-        (Some(source), None) => {
-            let name = source.to_ascii_lowercase();
-            if ![".svg", ".jsonl", ".txt"].iter().any(|e| name.ends_with(e)) {
-                let message = format!("must be an .svg, a .jsonl or a _k.txt file, not {source}");
-                return Err(check.wrong("drawing.source", message));
-            }
-            Artwork::File(existing(&folder.join(source)).map_err(|e| check.sentence("drawing.source", e))?)
-        }
-        (None, Some(pattern)) => Artwork::Pattern(resolve_pattern(pattern, check)?),
-        (Some(_), Some(_)) => {
-            return Err(check.wrong("drawing.source", "and `[drawing.pattern]` exclude each other: keep one"));
-        }
-        (None, None) => {
-            let message = "`[drawing]` needs a `source` file or a `[drawing.pattern]`";
-            return Err(check.sentence("drawing.source", message));
-        }
-    };
-    for (key, size) in [("drawing.height_mm", typed.height_mm), ("drawing.width_mm", typed.width_mm)] {
-        if let Some(size) = size {
-            check.above_zero(key, size, 100_000.0)?;
-        }
+fn resolve_pen(typed: PenFile, assets: &Assets, folder: &Path, check: &Check) -> Result<PenSpec, ScenarioError> {
+    let PenFile { kind, press_depth_mm, change_s, inks } = typed;
+    let asset = |key: &str, text: &str| assets.find(AssetKind::Pen, text, folder).map_err(|e| check.sentence(key, e));
+    check.within("pen.press_depth_mm", press_depth_mm, 0.0, 50.0)?;
+    check.within("pen.change_s", change_s, 0.0, 3600.0)?;
+    let mut pens = BTreeMap::new();
+    for (ink, pen) in inks {
+        let key = if ink.starts_with('#') { ink_color(&ink, check)? } else { ink.clone() };
+        pens.insert(key, asset(&format!("pen.inks.{ink}"), &pen)?);
     }
-    check.within("drawing.rotate_deg", typed.rotate_deg, -360.0, 360.0)?;
-    check.above_zero("drawing.hatch_spacing_mm", typed.hatch_spacing_mm, 1000.0)?;
-    check.within("drawing.hatch_angle_deg", typed.hatch_angle_deg, -360.0, 360.0)?;
-    if let Some([min, max]) = typed.stylus_width_mm {
-        check.above_zero("drawing.stylus_width_mm", min, 100.0)?;
-        check.within("drawing.stylus_width_mm", max, min, 100.0)?;
-    }
-    check.above_zero("drawing.stylus_gamma", typed.stylus_gamma, 10.0)?;
-    check.within("drawing.merge_mm", typed.merge_mm, 0.0, 10.0)?;
-    check.within("drawing.simplify_mm", typed.simplify_mm, 0.0, 10.0)?;
-    Ok(DrawingSpec {
-        artwork,
-        height_mm: typed.height_mm,
-        width_mm: typed.width_mm,
-        rotate_deg: typed.rotate_deg,
-        fill: typed.fill,
-        hatch_spacing_mm: typed.hatch_spacing_mm,
-        hatch_angle_deg: typed.hatch_angle_deg,
-        stylus_width_mm: typed.stylus_width_mm,
-        stylus_gamma: typed.stylus_gamma,
-        tidy: typed.tidy,
-        merge_mm: typed.merge_mm,
-        simplify_mm: typed.simplify_mm,
-    })
-}
-
-fn resolve_pattern(typed: PatternFile, check: &Check) -> Result<Pattern, ScenarioError> {
-    let refuse = |key: &str, given: Option<u32>, message: &str| match given {
-        Some(_) => Err(check.wrong(key, message)),
-        None => Ok(()),
-    };
-    let count = |key: &str, given: Option<u32>, default: u32, low: u32, high: u32| {
-        let x = given.unwrap_or(default);
-        check.within(key, f64::from(x), f64::from(low), f64::from(high)).map(|()| x)
-    };
-    const N: &str = "drawing.pattern.n";
-    const ORDER: &str = "drawing.pattern.order";
-    match typed.kind {
-        PatternKind::Grid => refuse(ORDER, typed.order, "is for curves: a grid takes `n`")?,
-        PatternKind::Target => {
-            refuse(ORDER, typed.order, "is for curves: a target takes none")?;
-            refuse(N, typed.n, "is for grids: a target takes none")?;
-        }
-        _ => refuse(N, typed.n, "is for grids: this curve takes `order`")?,
-    }
-    Ok(match typed.kind {
-        PatternKind::Grid => Pattern::Grid { n: count(N, typed.n, 7, 1, 200)? },
-        PatternKind::Hilbert => Pattern::Hilbert { order: count(ORDER, typed.order, 5, 1, 8)? },
-        PatternKind::Arrowhead => Pattern::Arrowhead { order: count(ORDER, typed.order, 6, 1, 9)? },
-        PatternKind::Snowflake => Pattern::Snowflake { order: count(ORDER, typed.order, 4, 0, 7)? },
-        PatternKind::Target => Pattern::Target,
-    })
+    Ok(PenSpec { kind: asset("pen.kind", &kind)?, press_depth_mm, change_s, inks: pens })
 }
 
 /// A colour key in lower case.
@@ -419,30 +329,12 @@ fn check_accept(accept: &BTreeMap<String, Threshold>, check: &Check) -> Result<(
 impl From<Scenario> for ScenarioFile {
     fn from(s: Scenario) -> Self {
         let text = |path: PathBuf| path.to_string_lossy().into_owned();
-        let (source, pattern) = match s.drawing.artwork {
-            Artwork::File(file) => (Some(text(file)), None),
-            Artwork::Pattern(p) => (None, Some(p.into())),
-        };
         ScenarioFile {
             name: Some(s.name),
             description: s.description,
             seed: s.seed,
             robot: text(s.robot),
-            drawing: DrawingFile {
-                source,
-                height_mm: s.drawing.height_mm,
-                width_mm: s.drawing.width_mm,
-                rotate_deg: s.drawing.rotate_deg,
-                fill: s.drawing.fill,
-                hatch_spacing_mm: s.drawing.hatch_spacing_mm,
-                hatch_angle_deg: s.drawing.hatch_angle_deg,
-                stylus_width_mm: s.drawing.stylus_width_mm,
-                stylus_gamma: s.drawing.stylus_gamma,
-                tidy: s.drawing.tidy,
-                merge_mm: s.drawing.merge_mm,
-                simplify_mm: s.drawing.simplify_mm,
-                pattern,
-            },
+            drawing: s.drawing.into(),
             canvas: CanvasFile {
                 scene: Some(text(s.canvas.scene)),
                 mapping: s.canvas.mapping,
@@ -461,18 +353,5 @@ impl From<Scenario> for ScenarioFile {
             render: s.render,
             accept: s.accept,
         }
-    }
-}
-
-impl From<Pattern> for PatternFile {
-    fn from(pattern: Pattern) -> Self {
-        let (kind, n, order) = match pattern {
-            Pattern::Grid { n } => (PatternKind::Grid, Some(n), None),
-            Pattern::Hilbert { order } => (PatternKind::Hilbert, None, Some(order)),
-            Pattern::Arrowhead { order } => (PatternKind::Arrowhead, None, Some(order)),
-            Pattern::Snowflake { order } => (PatternKind::Snowflake, None, Some(order)),
-            Pattern::Target => (PatternKind::Target, None, None),
-        };
-        PatternFile { kind, n, order }
     }
 }

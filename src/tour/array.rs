@@ -84,22 +84,14 @@ impl Path {
     #[inline(always)]
     pub(super) fn before(&self, i: usize, step: u32) -> Option<u32> {
         let piece = self.pieces[i];
-        if piece.backwards {
-            (step < piece.high).then(|| step + 1)
-        } else {
-            (step > piece.low).then(|| step - 1)
-        }
+        if piece.backwards { (step < piece.high).then(|| step + 1) } else { (step > piece.low).then(|| step - 1) }
     }
 
     /// The step after `step` on the path, which is in piece `i`; none at the piece's end.
     #[inline(always)]
     pub(super) fn after(&self, i: usize, step: u32) -> Option<u32> {
         let piece = self.pieces[i];
-        if piece.backwards {
-            (step > piece.low).then(|| step - 1)
-        } else {
-            (step < piece.high).then(|| step + 1)
-        }
+        if piece.backwards { (step > piece.low).then(|| step - 1) } else { (step < piece.high).then(|| step + 1) }
     }
 
     fn push(&mut self, piece: Piece) {

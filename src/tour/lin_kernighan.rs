@@ -45,7 +45,6 @@ struct Best {
     path: Path,
 }
 
-
 impl Optimiser {
     /// A tour 0, 1, 2 ... of points, with neighbours nearest first, filled up with `u32::MAX`. With `seam` the edge
     /// from the last to the first node stays.
@@ -169,9 +168,13 @@ impl Optimiser {
                 }
             }
         }
-        if let Some((gain, i)) = best && gain > winner.gain {
+        if let Some((gain, i)) = best
+            && gain > winner.gain
+        {
             let new = path.turned_before(ways[i].piece, ways[i].step);
-            if gain > winner.gain { *winner = Best { gain, path: new }; }
+            if gain > winner.gain {
+                *winner = Best { gain, path: new };
+            }
         }
         if depth + 1 >= BREADTH.len() {
             return;
@@ -180,7 +183,9 @@ impl Optimiser {
             let most = (i..count).fold(i, |m, j| if ways[j].open > ways[m].open { j } else { m });
             ways.swap(i, most);
             let way = ways[i];
-            if way.open <= winner.gain { break; }
+            if way.open <= winner.gain {
+                break;
+            }
             if way.ring {
                 self.open_ring(depth + 1, path, &way, tail, winner)
             } else {
@@ -231,10 +236,14 @@ impl Optimiser {
                 count += 1;
             }
         }
-        if let Some((gain, i)) = best && gain > winner.gain {
+        if let Some((gain, i)) = best
+            && gain > winner.gain
+        {
             let (_, piece, step, turned, _) = ways[i];
             let new = path.ring_opened(ring.piece, ring.step, piece, step, turned);
-            if gain > winner.gain { *winner = Best { gain, path: new }; }
+            if gain > winner.gain {
+                *winner = Best { gain, path: new };
+            }
         }
         if depth + 1 >= BREADTH.len() {
             return;
@@ -242,7 +251,9 @@ impl Optimiser {
         for i in 0..BREADTH[depth].min(count) {
             let most = (i..count).fold(i, |m, j| if ways[j].0 > ways[m].0 { j } else { m });
             ways.swap(i, most);
-            if ways[i].0 <= winner.gain { break; }
+            if ways[i].0 <= winner.gain {
+                break;
+            }
             let (open, piece, step, turned, head) = ways[i];
             let new = path.ring_opened(ring.piece, ring.step, piece, step, turned);
             self.deepen(depth + 1, &new, head, tail, open, winner);

@@ -110,8 +110,7 @@ pub fn solve(points: &[Point2<f64>], options: &TourOptions) -> Result<Vec<u32>, 
     }
     let size = points.iter().fold(0.0, |m: f64, p| m.max(p.x.abs()).max(p.y.abs()));
     // whole numbers beyond this are as fine as an `f64` gets
-    let (metric, scale) =
-        if options.rounded && size < WHOLE { (Metric::whole(), 1.0) } else { (Metric::fine(), size) };
+    let (metric, scale) = if options.rounded && size < WHOLE { (Metric::whole(), 1.0) } else { (Metric::fine(), size) };
     // all points may be at 0; `+ 0.0` makes one number of 0 and -0
     let scaled = |v: f64| if scale > 0.0 { v / scale + 0.0 } else { 0.0 };
     let places: Vec<[f64; 2]> = points.iter().map(|p| [scaled(p.x), scaled(p.y)]).collect();

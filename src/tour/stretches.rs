@@ -124,8 +124,7 @@ fn write_back(optimiser: &Optimiser, part: &mut [u32]) {
     let order = optimiser.tour.order();
     let first = optimiser.tour.position(0) as usize;
     let forwards = optimiser.tour.previous(0) == n as u32 - 1;
-    let new: Vec<u32> = (0..n)
-        .map(|k| part[order[if forwards { (first + k) % n } else { (first + n - k) % n }] as usize])
-        .collect();
+    let new: Vec<u32> =
+        (0..n).map(|k| part[order[if forwards { (first + k) % n } else { (first + n - k) % n }] as usize]).collect();
     part.copy_from_slice(&new);
 }

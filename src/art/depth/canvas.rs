@@ -2,7 +2,7 @@
 use nalgebra::Point2;
 
 use crate::math::Rgb;
-use crate::picture::{Ink, Picture, linear_from_rgb, oklab_distance2, oklab_from_linear};
+use crate::picture::{Ink, Picture, linear_from_rgb, oklab_difference2, oklab_from_linear};
 
 /// Share of the paper's light that comes through a full line of ink: the light of a covered place is
 /// `canvas * (1 - cover * (1 - ink / paper))`.
@@ -92,7 +92,7 @@ pub(super) struct Canvas {
 }
 
 fn difference(light: [f32; 3], target: [f32; 3]) -> f32 {
-    oklab_distance2(oklab_from_linear(light), target)
+    oklab_difference2(oklab_from_linear(light), target)
 }
 
 impl Canvas {

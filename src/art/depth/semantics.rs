@@ -142,6 +142,17 @@ impl Semantics {
         Self::from_labels(&read_labels(labels)?, &text, table, &read_depth(depth)?)
     }
 
+    /// The same segments with another depth map, which is resampled to their size where it differs.
+    ///
+    /// # Errors
+    /// [`SemanticsError::Shape`] when it is a map of another picture, and those of [`new`](Self::new).
+    pub fn with_depth(&self, depth: &Plane) -> Result<Self, SemanticsError> {
+        let (width, height) = (self.width, self.height);
+        same_shape("depth map", depth.width(), depth.height(), width, height)?;
+        let depth = resample(depth, width, height);
+        Ok(Self { notes: self.notes.clone(), ..Self::new(self.segments.clone(), self.labels.clone(), depth)? })
+    }
+
     /// Width, px.
     pub fn width(&self) -> usize {
         self.width

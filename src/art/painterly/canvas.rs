@@ -2,7 +2,7 @@
 use rayon::prelude::*;
 
 use crate::math::{PAPER, Rgb, linear_from_srgb};
-use crate::picture::{Oklab, Picture, oklab_distance2, oklab_from_linear};
+use crate::picture::{Oklab, Picture, oklab_difference2, oklab_from_linear};
 
 /// A difference of hue disturbs more than Oklab's plain distance says, because a palette of few inks can match lightness by
 /// mixing but not hue: `a` and `b` weigh this much.
@@ -60,7 +60,7 @@ impl Canvas {
         let wished = |p: &[f32; 3]| perceived(std::array::from_fn(|k| p[k].clamp(0.0, paper[k])));
         let target: Vec<_> = picture.pixels.par_iter().map(wished).collect();
         let light = vec![paper; target.len()];
-        let error = light.iter().zip(&target).map(|(l, t)| oklab_distance2(perceived(*l), *t)).collect();
+        let error = light.iter().zip(&target).map(|(l, t)| oklab_difference2(perceived(*l), *t)).collect();
         let mut worths = vec![0.0; light.len() * washes.len()];
         let inks = washes.len().max(1);
         let (width, height) = (picture.width(), picture.height());
@@ -85,7 +85,7 @@ impl Canvas {
     pub fn exact_gain(&self, mask: impl Iterator<Item = (usize, f32)>, ink: usize) -> f64 {
         let change = |(at, coverage)| {
             let after = perceived(washed(self.light[at], self.washes[ink], coverage));
-            f64::from(self.error[at] - oklab_distance2(after, self.target[at]))
+            f64::from(self.error[at] - oklab_difference2(after, self.target[at]))
         };
         mask.map(change).sum()
     }
@@ -96,7 +96,7 @@ impl Canvas {
         let mut worths = std::mem::take(&mut self.worths);
         for (at, coverage) in mask {
             self.light[at] = washed(self.light[at], self.washes[ink], coverage);
-            self.error[at] = oklab_distance2(perceived(self.light[at]), self.target[at]);
+            self.error[at] = oklab_difference2(perceived(self.light[at]), self.target[at]);
             self.weigh(at, &mut worths[at * inks..(at + 1) * inks]);
         }
         self.worths = worths;
@@ -111,7 +111,7 @@ impl Canvas {
     fn weigh(&self, at: usize, worths: &mut [f32]) {
         let mut best = 0f32;
         for (worth, wash) in worths.iter_mut().zip(&self.washes) {
-            *worth = self.error[at] - oklab_distance2(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
+            *worth = self.error[at] - oklab_difference2(perceived(washed(self.light[at], *wash, 1.0)), self.target[at]);
             best = best.max(*worth);
         }
         worths.iter_mut().for_each(|worth| *worth -= self.regret * (best - *worth));
