@@ -16,7 +16,7 @@ fn bench(bencher: Bencher, points: usize, kicks: f64) {
     let points: Vec<Point2<f64>> = (0..points).map(|_| Point2::new(unit(), unit())).collect();
     let options = TourOptions { effort: Effort::Kicks(kicks), ..TourOptions::default() };
     bencher
-        .counter(ItemsCount::of_slice(&points))
+        .counter(ItemsCount::new(points.len()))
         .bench_local(|| solve(&points, &options).expect("the points are finite"));
 }
 

@@ -12,8 +12,15 @@ pub(super) struct Tree {
     points: Vec<[f64; 2]>,
     /// Which given point stands at each place.
     ids: Vec<u32>,
-    /// Axis of each split, at heap indices.
-    axes: Vec<u8>,
+    /// Splits, at heap indices.
+    splits: Vec<Split>,
+}
+
+/// Points up to `at` on an axis stand in the first half, points from `at` on in the second.
+#[derive(Clone, Copy, Default)]
+struct Split {
+    axis: usize,
+    at: f64,
 }
 
 /// The nearest found so far, nearest first.
@@ -45,8 +52,8 @@ impl Tree {
         while (points.len() >> levels) >= LEAF {
             levels += 1;
         }
-        let axes = split(points, &mut ids, levels);
-        Self { points: ids.iter().map(|&i| points[i as usize]).collect(), ids, axes }
+        let splits = split(points, &mut ids, levels);
+        Self { points: ids.iter().map(|&i| points[i as usize]).collect(), ids, splits }
     }
 
     /// Given points in leaf order: neighbours in the list are neighbours in the plane.
@@ -67,7 +74,7 @@ impl Tree {
 
     fn search<const K: usize>(&self, lo: usize, hi: usize, node: usize, from: usize, nearest: &mut Nearest<K>) {
         let p = self.points[from];
-        if node >= self.axes.len() || hi - lo < LEAF {
+        if node >= self.splits.len() || hi - lo < LEAF {
             for (i, q) in self.points[lo..hi].iter().enumerate() {
                 let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
                 if lo + i != from {
@@ -77,8 +84,8 @@ impl Tree {
             return;
         }
         let mid = lo + (hi - lo) / 2;
-        let axis = self.axes[node] as usize;
-        let beyond = p[axis] - self.points[mid][axis];
+        let split = self.splits[node];
+        let beyond = p[split.axis] - split.at;
         let (left, right) = (2 * node + 1, 2 * node + 2);
         if beyond < 0.0 {
             self.search(lo, mid, left, from, nearest);
@@ -94,11 +101,11 @@ impl Tree {
     }
 }
 
-/// Sorts `ids` into leaf order and returns the axes of the splits, `levels` deep, at heap indices.
-fn split(points: &[[f64; 2]], ids: &mut [u32], levels: u32) -> Vec<u8> {
-    let mut axes = vec![0; (1 << levels) - 1];
+/// Sorts `ids` into leaf order and returns the splits, `levels` deep, at heap indices.
+fn split(points: &[[f64; 2]], ids: &mut [u32], levels: u32) -> Vec<Split> {
+    let mut splits = vec![Split::default(); (1 << levels) - 1];
     if levels == 0 || ids.len() < LEAF {
-        return axes;
+        return splits;
     }
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for &i in ids.iter() {
@@ -113,19 +120,52 @@ fn split(points: &[[f64; 2]], ids: &mut [u32], levels: u32) -> Vec<u8> {
     ids.select_nth_unstable_by(mid, |&a, &b| {
         points[a as usize][axis].total_cmp(&points[b as usize][axis]).then(a.cmp(&b))
     });
+    splits[0] = Split { axis, at: points[ids[mid] as usize][axis] };
     let (left, right) = ids.split_at_mut(mid);
     let (left, right) = if left.len() > FORK {
         rayon::join(|| split(points, left, levels - 1), || split(points, right, levels - 1))
     } else {
         (split(points, left, levels - 1), split(points, right, levels - 1))
     };
-    axes[0] = axis as u8;
     // a level of the halves is the next level of the whole, left half first
     for level in 0..levels - 1 {
         let (from, count) = ((1 << level) - 1, 1 << level);
         let to = (1 << (level + 1)) - 1;
-        axes[to..to + count].copy_from_slice(&left[from..from + count]);
-        axes[to + count..to + 2 * count].copy_from_slice(&right[from..from + count]);
+        splits[to..to + count].copy_from_slice(&left[from..from + count]);
+        splits[to + count..to + 2 * count].copy_from_slice(&right[from..from + count]);
     }
-    axes
+    splits
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn squared(a: [f64; 2], b: [f64; 2]) -> f64 {
+        (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
+    }
+
+    proptest! {
+        #[test]
+        fn neighbours_are_the_nearest(
+            even in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64), 0..300),
+            grid in prop::collection::vec((0..9i32, 0..9i32), 0..100),
+        ) {
+            let grid = grid.into_iter().map(|(x, y)| [f64::from(x), f64::from(y)]);
+            let points: Vec<[f64; 2]> = even.into_iter().map(|(x, y)| [x, y]).chain(grid).collect();
+            let tree = Tree::new(&points);
+            let place = |i: u32| points[tree.ids()[i as usize] as usize];
+            for (i, near) in (0..).zip(tree.nearest::<8>()) {
+                let found: Vec<f64> =
+                    near.iter().take_while(|&&j| j != u32::MAX).map(|&j| squared(place(i), place(j))).collect();
+                let others = (0..points.len() as u32).filter(|&j| j != i);
+                let mut all: Vec<f64> = others.map(|j| squared(place(i), place(j))).collect();
+                all.sort_by(f64::total_cmp);
+                all.truncate(8);
+                prop_assert_eq!(found, all);
+            }
+        }
+    }
 }
