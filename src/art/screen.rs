@@ -242,3 +242,72 @@ fn shares(needed: &[f64], factor: f64) -> Vec<usize> {
     };
     needed.iter().map(next).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::picture::Ink;
+
+    fn tone(coverage: Plane) -> Tone {
+        Tone { ink: Ink { name: "black".into(), color: Rgb([0, 0, 0]) }, coverage }
+    }
+
+    #[test]
+    fn density_undoes_coverage() {
+        for mark in [Mark::Line, Mark::Dot] {
+            let mut last = -1.0;
+            for i in 0..=98 {
+                let f = f64::from(i) / 100.0;
+                let density = mark.density(f);
+                assert!((mark.coverage(density) - f).abs() < 1e-9 && density > last, "{mark:?} {f}");
+                last = density;
+            }
+            assert_eq!(mark.coverage(1e9), 1.0);
+        }
+    }
+
+    #[test]
+    fn shares_are_whole_and_complete() {
+        assert_eq!(shares(&[1.2, 0.0, 2.2, 6.6], 1.0), [1, 0, 2, 7]);
+        assert_eq!(shares(&[1.0, 1.0, 1.0], 100.0 / 3.0).iter().sum::<usize>(), 100);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        let screen = Screen { mark: Mark::Line, points: None, gain: 1.0, white: 0.0 };
+        let sheet = Sheet { width: 0.2, height: 0.1 };
+        let grey = vec![(tone(Plane::filled(20, 10, 0.5)), 1e-3)];
+        let message =
+            |screen: Screen, tones: &[(Tone, f64)], sheet| screen.points(tones, sheet, 1).unwrap_err().to_string();
+        let white = message(screen, &[(tone(Plane::filled(20, 10, 0.0)), 1e-3)], sheet);
+        assert!(white.starts_with("there is nothing to draw"), "{white}");
+        assert!(message(screen, &[], sheet).starts_with("there is nothing to draw"));
+        assert!(message(screen, &[(tone(Plane::default()), 1e-3)], sheet).contains("no pixels"));
+        assert!(message(screen, &[(tone(Plane::filled(20, 10, 0.5)), -1.0)], sheet).contains("line_width = -1"));
+        assert!(message(screen, &grey, Sheet { width: 0.0, height: 0.1 }).contains("sheet_width = 0"));
+        assert!(message(Screen { gain: f64::NAN, ..screen }, &grey, sheet).contains("gain"));
+        assert!(message(Screen { white: 1.0, ..screen }, &grey, sheet).contains("white"));
+        assert!(message(Screen { points: Some(0), ..screen }, &grey, sheet).contains("points"));
+        assert!(message(screen, &[(tone(Plane::filled(20, 10, 0.5)), 1e-6)], sheet).contains("wider line"));
+        let two = vec![grey[0].clone(), (tone(Plane::filled(10, 10, 0.5)), 1e-3)];
+        assert!(message(screen, &two, sheet).contains("tone_width = 10"));
+    }
+
+    #[test]
+    fn a_wished_number_of_points_tells_what_it_does_to_the_tone() {
+        let grey = vec![(tone(Plane::filled(60, 30, 0.4)), 1e-3)];
+        let sheet = Sheet { width: 0.2, height: 0.1 };
+        let screen = Screen { mark: Mark::Line, points: None, gain: 1.0, white: 0.0 };
+        let natural = screen.points(&grey, sheet, 1).unwrap();
+        assert!(natural.notes.is_empty(), "{:?}", natural.notes);
+        let quarter = natural.inks[0].len() / 4;
+        let fewer = Screen { points: Some(quarter), ..screen }.points(&grey, sheet, 1).unwrap();
+        assert_eq!(fewer.inks[0].len(), quarter);
+        assert!(
+            fewer.notes[0].contains("instead of 40.0 %") && fewer.notes[0].contains("2.00 mm"),
+            "{:?}",
+            fewer.notes
+        );
+    }
+}

@@ -73,3 +73,111 @@ pub(super) fn visited(
     })?;
     Ok(order.iter().map(|p| points[*p as usize]).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::art::{DotOptions, dot_art};
+    use crate::math::Rgb;
+    use crate::picture::{Ink, Plane};
+
+    const SHEET: Sheet = Sheet { width: 0.12, height: 0.08 };
+    const WIDTH: f64 = 1e-3;
+
+    fn tone(name: &str, coverage: Plane) -> (Tone, f64) {
+        (Tone { ink: Ink { name: name.into(), color: Rgb([0, 0, 0]) }, coverage }, WIDTH)
+    }
+
+    /// Steps of grey from left to right: 0.15, 0.3, ... 0.9.
+    fn steps() -> Plane {
+        Plane::from_fn(120, 80, |x, _| 0.15 * (1 + x / 20) as f32)
+    }
+
+    /// Share of each sixth of the sheet that strokes of the line width cover, off the edges of the sixth.
+    fn covered(artwork: &Artwork) -> Vec<f64> {
+        const PX: f64 = 1.0 / 6.0 * 1e-3;
+        let (columns, rows) = (720usize, 480usize);
+        let mut ink = vec![false; columns * rows];
+        for stroke in &artwork.drawing.layers[0].strokes {
+            let place = |p: &Point2<f64>| ((p.x + 0.06) / PX, (0.04 - p.y) / PX);
+            let radius = 0.5 * WIDTH / PX;
+            for i in 0..stroke.points.len().max(2) - 1 {
+                let (a, b) = (place(&stroke.points[i]), place(&stroke.points[(i + 1).min(stroke.points.len() - 1)]));
+                let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+                let span = |a: f64, b: f64, n: usize| {
+                    (a.min(b) - radius).max(0.0) as usize..((a.max(b) + radius + 1.0) as usize).min(n)
+                };
+                for y in span(a.1, b.1, rows) {
+                    for x in span(a.0, b.0, columns) {
+                        let (u, v) = (x as f64 + 0.5 - a.0, y as f64 + 0.5 - a.1);
+                        let t = ((u * dx + v * dy) / (dx * dx + dy * dy).max(1e-12)).clamp(0.0, 1.0);
+                        ink[y * columns + x] |= (u - t * dx).hypot(v - t * dy) <= radius;
+                    }
+                }
+            }
+        }
+        let share = |band: usize| {
+            let cells = (20..rows - 20).flat_map(|y| (120 * band + 20..120 * band + 100).map(move |x| y * columns + x));
+            cells.filter(|c| ink[*c]).count() as f64 / (80 * (rows - 40)) as f64
+        };
+        (0..6).map(share).collect()
+    }
+
+    #[test]
+    fn the_drawn_tone_is_the_wished_tone() {
+        let tones = [tone("black", steps())];
+        let line = tsp_art(&tones, SHEET, &TspOptions::default(), 1).unwrap();
+        let dots = dot_art(&tones, SHEET, &DotOptions::default(), 1).unwrap();
+        for artwork in [line, dots] {
+            for (band, f) in covered(&artwork).into_iter().enumerate() {
+                let wished = 0.15 * (1 + band) as f64;
+                assert!((f - wished).abs() < 0.035, "step {band}: {f} instead of {wished}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_ink_is_one_line_through_its_share_of_the_points() {
+        let half = Plane::from_fn(60, 40, |x, _| if x < 30 { 0.5 } else { 0.0 });
+        let tones =
+            [tone("cyan", half), tone("none", Plane::filled(60, 40, 0.0)), tone("black", Plane::filled(60, 40, 1.0))];
+        for closed in [true, false] {
+            let options = TspOptions { points: Some(500), closed, ..TspOptions::default() };
+            let artwork = tsp_art(&tones, SHEET, &options, 1).unwrap();
+            let layers = &artwork.drawing.layers;
+            assert_eq!(layers.iter().map(|l| l.strokes.len()).collect::<Vec<_>>(), [1, 0, 1]);
+            assert_eq!(artwork.drawing.point_count(), if closed { 502 } else { 500 });
+            let cyan = &layers[0].strokes[0].points;
+            assert_eq!(cyan[0] == cyan[cyan.len() - 1], closed);
+            assert!(cyan.iter().all(|p| p.x > -0.06 && p.x < 0.0 && p.y.abs() < 0.04));
+            assert!(artwork.notes.iter().any(|n| n.starts_with("black: ")), "{:?}", artwork.notes);
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_gives_the_same_drawing() {
+        let tones = [tone("black", steps())];
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| tsp_art(&tones, SHEET, &TspOptions::default(), 5).unwrap().drawing)
+        };
+        assert_eq!(run(1), run(2));
+    }
+
+    #[test]
+    fn tiny_pictures_are_drawn_or_refused() {
+        let with = |points| TspOptions { points: Some(points), ..TspOptions::default() };
+        let pixel = [tone("black", Plane::filled(1, 1, 1.0))];
+        for n in 1..6 {
+            let drawing = tsp_art(&pixel, SHEET, &with(n), 1).unwrap().drawing;
+            assert_eq!(drawing.point_count(), if n > 2 { n + 1 } else { n });
+        }
+        let faint = [tone("black", Plane::filled(1, 1, 0.03))];
+        let tiny = Sheet { width: 1e-3, height: 1e-3 };
+        assert!(tsp_art(&faint, tiny, &TspOptions::default(), 1).unwrap_err().to_string().contains("less than one"));
+        let bad = TspOptions { effort: Effort::Kicks(-1.0), ..TspOptions::default() };
+        assert!(tsp_art(&pixel, SHEET, &bad, 1).unwrap_err().to_string().starts_with("effort = -1"));
+        let black = dot_art(&pixel, SHEET, &DotOptions::default(), 1).unwrap().drawing;
+        assert!(black.stroke_count() > 9000 && black.layers[0].strokes.iter().all(|s| s.points.len() == 1));
+    }
+}
