@@ -1,6 +1,8 @@
 //! Pictures as pixels: what artwork is made from.
 //!
-//! A [`Picture`] holds linear light, a [`Plane`] one number a pixel, an [`Image`] 8-bit sRGB for files.
+//! A [`Picture`] holds linear light, a [`Plane`] one number a pixel, an [`Image`] 8-bit sRGB for files. A file is [`read`] into
+//! a picture, which becomes either tones of inks that cross ([`cmyk`], [`single`]), tones of pens side by side ([`pens`]), or
+//! flat areas of a [`Palette`]. [`likeness`] tells how near a drawing has come to it.
 
 mod cluster;
 mod cmyk;

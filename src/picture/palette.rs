@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn the_smallest_pictures_have_palettes() {
         for (pixels, w) in [(vec![], 0), (vec![[1.0; 3]], 1), (vec![[0.0; 3]; 6], 3), (vec![[1.0; 3]; 6], 3)] {
-            let h = if w == 0 { 0 } else { pixels.len() / w };
+            let h = pixels.len().checked_div(w).unwrap_or(0);
             let picture = Picture::from_pixels(w, h, pixels.clone()).unwrap();
             for method in METHODS {
                 let palette = Palette::of(&picture, method, 1);
