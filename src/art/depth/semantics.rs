@@ -76,7 +76,7 @@ impl Semantics {
     /// and a depth map, which is resampled to the label image's size where it differs. A label that the table doesn't
     /// have becomes stuff that is drawn last. `table_file` is named in errors.
     ///
-    /// The table is a list with one entry a label:
+    /// The table is a list with one entry a label, or an object that holds it as `segments`:
     ///
     /// ```json
     /// [{"label": 1, "name": "sheep", "kind": "thing", "confidence": 0.97},
@@ -84,7 +84,7 @@ impl Semantics {
     /// ```
     ///
     /// `confidence` is 1 where it is missing, and stuff without an `order` comes after all that has one, in the table's
-    /// order.
+    /// order. `kind` may also be called `class`.
     ///
     /// # Errors
     /// [`SemanticsError::Table`] with the line of the mistake; [`SemanticsError::Shape`] when the depth map is a map of
@@ -269,9 +269,16 @@ enum Word {
 struct Entry {
     label: u16,
     name: String,
+    #[serde(alias = "class")]
     kind: Word,
     confidence: Option<f64>,
     order: Option<i64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    segments: Vec<Entry>,
 }
 
 impl Entry {
@@ -300,12 +307,16 @@ fn parse_table(text: &str, file: &Path) -> Result<Vec<Entry>, SemanticsError> {
     let invalid = |line: usize, message: String| {
         Err(SemanticsError::Table { file: file.to_path_buf(), line: line.max(1), message })
     };
-    let entries: Vec<Entry> = match serde_json::from_str(text) {
-        Ok(entries) => entries,
-        Err(_) if !text.trim_start().starts_with('[') => {
+    let parsed = match text.trim_start().chars().next() {
+        Some('{') => serde_json::from_str(text).map(|t: Table| t.segments),
+        Some('[') => serde_json::from_str(text),
+        _ => {
             let right = r#"[{"label": 1, "name": "sheep", "kind": "thing"}]"#;
             return invalid(1, format!("a table of segments is a list such as {right}"));
         }
+    };
+    let entries: Vec<Entry> = match parsed {
+        Ok(entries) => entries,
         Err(e) => {
             let message = e.to_string();
             let end = message.rfind(" at line ").unwrap_or(message.len());
@@ -376,7 +387,10 @@ mod tests {
         let e = error(&format!("[{one},\n {{\"label\": 2, \"name\": \"b\", \"kind\": \"thing\", \"order\": 2}}]"));
         assert!(e.starts_with("t.json:2: label 2 is a thing"), "{e}");
         assert!(error("[{\"label\": 1}]").contains("missing field `name`"));
-        assert!(error("{}").contains("is a list such as"));
+        assert!(error("{}").contains("missing field `segments`"));
+        assert!(error("7").contains("is a list such as"));
+        let wrapped = format!(r#"{{"segments": {}}}"#, TABLE.replace("kind", "class"));
+        assert_eq!(parse_table(&wrapped, Path::new("t")).unwrap().len(), 5);
     }
 
     #[test]
