@@ -4,6 +4,7 @@
 //! where they don't (global contrast: Cheng et al., "Global contrast based salient region detection", 2015,
 //! doi:10.1109/TPAMI.2014.2345401), and depth is a mixture of the cues that painters use: what is lower in the picture,
 //! stands out and is sharp seems near, what is high up, pale and blurred seems far.
+use crate::art::depth::layered::working_size;
 use crate::art::depth::majority::majority;
 use crate::art::depth::regions::{RegionOptions, regions};
 use crate::art::depth::{Kind, Segment, Semantics, SemanticsError};
@@ -52,7 +53,11 @@ impl Look {
     }
 }
 
-/// Segments and depth by colour and place alone. It says in its notes that it is an estimate.
+/// Most pixels that are looked at: a larger picture is made smaller first.
+const MOST_PIXELS: usize = 1_000_000;
+
+/// Segments and depth by colour and place alone. It says in its notes that it is an estimate. Of a picture above a megapixel
+/// the maps are smaller than it.
 ///
 /// # Errors
 /// [`SemanticsError::Size`] of a picture without pixels.
@@ -60,6 +65,10 @@ pub fn estimate(picture: &Picture) -> Result<Semantics, SemanticsError> {
     let (width, height) = (picture.width(), picture.height());
     if picture.pixels.is_empty() {
         return Err(SemanticsError::Size { what: "picture", width, height, values: 0 });
+    }
+    let smaller = working_size(width, height, MOST_PIXELS);
+    if smaller != (width, height) {
+        return estimate(&picture.resized(smaller.0, smaller.1));
     }
     let lab: Vec<[f32; 3]> = picture.pixels.iter().map(|p| oklab_from_linear(*p)).collect();
     let soft = softened(&lab, width, height);

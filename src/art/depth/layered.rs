@@ -3,6 +3,8 @@
 //! Things come before stuff, the heaviest thing first. Each is outlined, then filled from back to front, as if a plane moved
 //! through it towards the viewer; where the plane passes, superpixels are the seeds of strokes that follow the form. One who
 //! watches sees the shape first, and then its detail.
+use std::borrow::Cow;
+
 use nalgebra::Point2;
 
 use crate::art::depth::majority::majority;
@@ -13,6 +15,9 @@ use crate::art::{ArtError, Artwork, Sheet};
 use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
 use crate::math::{PAPER, Rgb};
 use crate::picture::{Flat, Picture};
+
+/// Most pixels that strokes are chosen on: a larger picture is made smaller first, as no pen draws so finely.
+const MOST_PIXELS: usize = 1_500_000;
 
 /// Paints a picture in layers: `flat` in its inks, along the forms of `original`, in the order that `semantics` gives.
 /// Both pictures have one size; semantics of another size are resampled. The picture is fitted into the sheet, centred.
@@ -56,6 +61,10 @@ pub fn layered_depth(
     if flat.labels.iter().all(|l| Some(usize::from(*l)) == flat.paper) {
         return Err(ArtError::NothingToDraw { reason: "the whole picture has the paper's colour".into() });
     }
+    let (width, height) = working_size(width, height, MOST_PIXELS);
+    let original =
+        if original.width() == width { Cow::Borrowed(original) } else { Cow::Owned(original.resized(width, height)) };
+    let flat = shrunk(flat, width, height);
     let semantics = semantics.resized(width, height).map_err(|e| ArtError::BadOption {
         name: "width of the semantics",
         value: semantics.width() as f64,
@@ -63,34 +72,68 @@ pub fn layered_depth(
     })?;
     let scale = (sheet.width / width as f64).min(sheet.height / height as f64);
     let lines: Vec<f64> = line_widths.iter().map(|w| w / scale).collect();
-    let calm = calmed(flat, &lines);
-    let flat = calm.as_ref().unwrap_or(flat);
-    let mut painter = Painter::new(flat, original, &semantics, &lines, options, seed);
+    let flat = calmed(flat, &lines);
+    let mut painter = Painter::new(&flat, &original, &semantics, &lines, options, seed);
     let planned = in_order(painter.paint(), &flat.inks);
     if planned.is_empty() {
         let reason = "no stroke of these inks brings the paper nearer to the picture".to_string();
         return Err(ArtError::NothingToDraw { reason });
     }
-    let drawing = drawing(flat, &planned, sheet, scale, line_widths);
+    let drawing = drawing(&flat, &planned, sheet, scale, line_widths);
     let placed: Vec<Placed> = planned
         .iter()
         .map(|p| Placed { line: &p.line, width: lines[p.ink], ink: p.ink, outline: p.layer == 0 })
         .collect();
     let superpixels = painter.superpixels.as_ref();
-    let mut plates = plates::maps(original, &semantics, superpixels);
-    plates.extend(plates::frames(flat, paper_color(flat), &placed, options.frames));
+    let mut plates = plates::maps(&original, &semantics, superpixels);
+    plates.extend(plates::frames(&flat, paper_color(&flat), &placed, options.frames));
     let mut notes = semantics.notes.clone();
     notes.push(summary(&semantics, &planned, &drawing));
     Ok(Artwork { drawing, plates, notes })
 }
 
-/// The flat picture without specks that no pen could draw.
-fn calmed(flat: &Flat, lines: &[f64]) -> Option<Flat> {
+/// The size at which a picture is worked on: its own, or one of about so many pixels.
+pub(super) fn working_size(width: usize, height: usize, most: usize) -> (usize, usize) {
+    let pixels = width as f64 * height as f64;
+    if pixels <= most as f64 {
+        return (width, height);
+    }
+    let shrink = (most as f64 / pixels).sqrt();
+    let side = |n: usize| ((n as f64 * shrink).round() as usize).max(1);
+    (side(width), side(height))
+}
+
+/// The flat picture at a smaller size: each pixel is the commonest of those that it stands for.
+fn shrunk(flat: &Flat, width: usize, height: usize) -> Flat {
+    if (width, height) == (flat.width(), flat.height()) {
+        return flat.clone();
+    }
+    let span = |i: usize, from: usize, to: usize| i * from / to..((i + 1) * from / to).max(i * from / to + 1).min(from);
+    let mut labels = Vec::with_capacity(width * height);
+    for row in 0..height {
+        for column in 0..width {
+            let mut votes = [0u32; 256];
+            for y in span(row, flat.height(), height) {
+                let line = &flat.labels[y * flat.width()..][..flat.width()];
+                line[span(column, flat.width(), width)].iter().for_each(|l| votes[usize::from(*l)] += 1);
+            }
+            let commonest = (0..=255u8).max_by_key(|l| (votes[usize::from(*l)], u8::MAX - l));
+            labels.push(commonest.unwrap_or(0));
+        }
+    }
+    Flat::new(width, height, flat.inks.clone(), flat.paper, labels).unwrap_or_else(|| flat.clone())
+}
+
+/// The flat picture without specks that no pen could draw; as it is where nothing would be left.
+fn calmed(flat: Flat, lines: &[f64]) -> Flat {
     let line = lines.iter().copied().fold(0.0, f64::max);
-    // twice, which moves an edge as little as once does
-    let once = majority(&flat.labels, flat.width(), line.round().clamp(1.0, 4.0) as usize);
-    let labels = majority(&once, flat.width(), line.round().clamp(1.0, 4.0) as usize);
-    Flat::new(flat.width(), flat.height(), flat.inks.clone(), flat.paper, labels)
+    let radius = (0.5 * line).round().clamp(1.0, 3.0) as usize;
+    let once = majority(&flat.labels, flat.width(), radius);
+    let labels = majority(&once, flat.width(), radius);
+    if labels.iter().all(|l| Some(usize::from(*l)) == flat.paper) {
+        return flat;
+    }
+    Flat::new(flat.width(), flat.height(), flat.inks.clone(), flat.paper, labels).unwrap_or(flat)
 }
 
 /// The colour of the bare paper in a flat picture.
@@ -263,6 +306,20 @@ mod tests {
         };
         assert_eq!(run(1, 7), run(3, 7));
         assert_ne!(run(1, 7), run(1, 8));
+    }
+
+    #[test]
+    fn a_large_picture_is_worked_on_smaller() {
+        assert_eq!(working_size(4000, 1000, 1_000_000), (2000, 500));
+        assert_eq!(working_size(100_000, 1, 1000), (10_000, 1));
+        assert_eq!(working_size(30, 20, 1000), (30, 20));
+        let (flat, _, _) = scene();
+        let small = shrunk(&flat, 40, 30);
+        assert!((0..40 * 30).all(|i| {
+            let block: Vec<u8> =
+                (0..9).map(|k| flat.labels[(i / 40 * 3 + k / 3) * WIDTH + i % 40 * 3 + k % 3]).collect();
+            block.iter().filter(|l| **l == small.labels[i]).count() >= 3
+        }));
     }
 
     #[test]
