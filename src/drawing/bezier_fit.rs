@@ -30,7 +30,7 @@ const REPARAMETRIZATIONS: usize = 6;
 /// Turns are looked at over this many tolerances to both sides.
 const CORNER_REACH: f64 = 8.0;
 /// Tangents are taken over this many tolerances.
-const TANGENT_REACH: f64 = 3.0;
+const TANGENT_REACH: f64 = 10.0;
 /// Halvings of a piece when it is flattened.
 const MAX_HALVINGS: u32 = 12;
 

@@ -40,6 +40,8 @@ const LATE: f64 = 0.1;
 const HOOK_SHARE: f64 = 0.01;
 /// A stroke that stays within this share of its width is a dot.
 const DOT_SHARE: f64 = 0.4;
+/// Samples nearer to each other than this share of the fit's tolerance are in one place.
+const SAME_PLACE_SHARE: f64 = 0.02;
 /// Share of the fit's tolerance by which the polyline may leave the spline.
 const FLATTENING_SHARE: f64 = 0.2;
 
@@ -157,11 +159,12 @@ fn warnings(repairs: &Repairs, outside: usize) -> Vec<Warning> {
 fn stroke(samples: &[Sample], (width, height): (f64, f64), options: &StylusOptions) -> Stroke {
     let place = |p: &Point| Point2::new(1e-3 * p.x - 0.5 * width, 0.5 * height - 1e-3 * p.y);
     let mm = |pressure: f64| 1e3 * options.width_at(pressure);
+    let tolerance = 1e3 * options.tolerance;
     let hardest = samples.iter().map(|s| s.pressure).fold(0.0, f64::max);
     let (mut points, mut widths): (Vec<Point>, Vec<f64>) = (Vec::new(), Vec::new());
     for s in samples {
         // neighbours in one place say nothing of the line's direction
-        if points.last().is_none_or(|p| p.distance(s.point) > 1e-3 * clean_step(options)) {
+        if points.last().is_none_or(|p| p.distance(s.point) > SAME_PLACE_SHARE * tolerance) {
             points.push(s.point);
             widths.push(mm(s.pressure));
         }
@@ -173,16 +176,10 @@ fn stroke(samples: &[Sample], (width, height): (f64, f64), options: &StylusOptio
         let middle = low.midpoint(high);
         return Stroke { points: vec![place(&middle)], widths: vec![1e-3 * mm(hardest)] };
     }
-    let tolerance = 1e3 * options.tolerance;
     let width_tolerance = 1e3 * options.width_tolerance;
     let spline = fit(&points, &widths, &FitOptions { tolerance, width_tolerance, corner: options.corner });
     let (points, widths) = flatten(&spline, FLATTENING_SHARE * tolerance, width_tolerance);
     Stroke { points: points.iter().map(place).collect(), widths: widths.iter().map(|w| 1e-3 * w).collect() }
-}
-
-/// Least distance of samples that both count, um.
-fn clean_step(options: &StylusOptions) -> f64 {
-    1e6 * 0.02 * options.tolerance
 }
 
 /// The sheet in units of the file.

@@ -166,7 +166,7 @@ impl PenModel {
         contact + self.spread(contact / speed.max(SLOWEST))
     }
 
-    /// Least and largest force, N, that is planned for a line of wished width: twice what makes the nib skip, since forces
+    /// Least and largest force, N, that is planned for a line of wished width: four times what makes the nib skip, since forces
     /// waver, and what squeezes the nib flat or damages it.
     pub fn force_range(&self) -> [f64; 2] {
         let share = (self.width_max - self.width_at_rest) / (self.width_nominal - self.width_at_rest).max(1e-9);
@@ -175,7 +175,7 @@ impl PenModel {
                 TipShape::Sphere => share.powi(3),
                 TipShape::Cone => share.powi(2),
             };
-        let least = (2.0 * self.force_min).min(self.force_nominal).max(1e-3 * self.force_nominal);
+        let least = (4.0 * self.force_min).min(self.force_nominal).max(1e-3 * self.force_nominal);
         [least, flat.min(self.force_max).max(least)]
     }
 

@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn a_swelling_line_is_pressed_deeper_and_a_sudden_swell_is_spread() {
         let press = PressDepths { default: 3e-3, layers: vec![vec![(5e-4, 1e-3), (2e-3, 7e-3)]] };
-        let options = PlanOptions { press, ..Default::default() };
+        let options = PlanOptions { press, press_slope: 0.4, ..Default::default() };
         let with = |width: &dyn Fn(f64) -> f64| {
             let mut targets = line(&(0..=100).map(|i| (f64::from(i) * 1e-3, 0.0)).collect::<Vec<_>>());
             targets.iter_mut().for_each(|t| t.width = Some(width(t.position.x)));
