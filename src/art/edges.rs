@@ -40,7 +40,7 @@ pub struct EdgeOptions {
 
 impl Default for EdgeOptions {
     fn default() -> Self {
-        Self { scale: 0.3e-3, contrast: 0.16, continuation: 0.4, min_length: 4e-3 }
+        Self { scale: 0.3e-3, contrast: 0.12, continuation: 0.4, min_length: 4e-3 }
     }
 }
 

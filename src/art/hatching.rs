@@ -23,6 +23,11 @@ const JOINS: [f64; 4] = [0.31, 0.57, 0.73, 0.84];
 const TAKEOVER: [f64; 2] = [0.08, 0.24];
 /// Grid points a line spacing where lines are densest.
 const POINTS_A_SPACING: f64 = 3.6;
+/// Share of the lines from which on all are drawn.
+const NEARLY_ALL: f32 = 0.87;
+/// How much the second and further directions stray from the flow, against 1 for the flow: where the flow has no direction
+/// lines end, and not all directions' lines shall end in one place.
+const STRAY: f64 = 0.2;
 /// Coverage under which paper stays white.
 const WHITE: f32 = 0.015;
 /// Steps of the search for less pen-up travel, for each direction of an ink.
@@ -174,23 +179,27 @@ fn hatch_ink(
     }
     let tone = coverage.resized(columns, rows);
     let shares = layer_shares(&tone, options, cell);
-    // The flow at each point, doubled angle, blended with the straight direction.
-    let straight = [(2.0 * options.angle).cos(), -(2.0 * options.angle).sin()];
     let (fx, fy) = (flow.width() as f64 / columns as f64, flow.height() as f64 / rows as f64);
-    let along: Vec<f64> = (0..columns * rows)
-        .into_par_iter()
-        .map(|i| {
+    // The flow at each point, doubled angle, blended with the straight direction.
+    let straight = 2.0 * options.angle;
+    let stray = |k: usize| if k == 0 { 0.0 } else { STRAY * options.follow };
+    let along = |k: usize| {
+        let lean = straight + std::f64::consts::TAU / 3.0 * k as f64;
+        let cos = (1.0 - options.follow) * straight.cos() + stray(k) * lean.cos();
+        let sin = (1.0 - options.follow) * straight.sin() + stray(k) * lean.sin();
+        move |i: usize| {
             let d = flow.doubled(((i % columns) as f64 + 0.5) * fx, ((i / columns) as f64 + 0.5) * fy);
-            let k = options.follow;
-            0.5 * (k * d[1] + (1.0 - k) * straight[1]).atan2(k * d[0] + (1.0 - k) * straight[0])
-        })
-        .collect();
+            // Angles turn the other way on the grid, whose y is down.
+            0.5 * (options.follow * d[1] - sin).atan2(options.follow * d[0] + cos)
+        }
+    };
     let (step_x, step_y) = (sheet_w / columns as f64, sheet_h / rows as f64);
     let layers = shares.into_par_iter().enumerate().map(|(k, share)| {
         let turn = options.angles[k];
-        let normal = along.iter().map(|a| {
-            // y is down on the grid, and the normal a quarter turn from the line.
-            let (sin, cos) = (a - turn + std::f64::consts::FRAC_PI_2).sin_cos();
+        let along = along(k);
+        let normal = (0..columns * rows).into_par_iter().map(|i| {
+            // A quarter turn from the line.
+            let (sin, cos) = (along(i) - turn + std::f64::consts::FRAC_PI_2).sin_cos();
             [cos as f32, sin as f32]
         });
         let layer = Layer {
@@ -262,7 +271,7 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
     let mut owed = vec![0.0f64; parts.len()];
     let mut shares = Vec::new();
     for k in 0..n {
-        let wish: Vec<f64> = parts.iter().zip(&owed).map(|(p, o)| 1.0 - (-(p[k] + o).min(most)).exp()).collect();
+        let wish: Vec<f64> = parts.iter().zip(&owed).map(|(p, o)| 1.0 - (-(p[k] + o).clamp(0.0, most)).exp()).collect();
         // A mean that leans to the dark side: what is lighter can be drawn by fewer lines, but not what is darker.
         let fourth = Plane::from_values(tone.width(), tone.height(), wish.iter().map(|a| a.powi(4) as f32).collect());
         let mean = fourth.unwrap_or_default().blurred((options.evenness / cell) as f32);
@@ -270,9 +279,10 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
         let low = if k == 0 { 1.0 / options.max_spacing } else { (1.0 / options.max_spacing).max(high / 3.0) };
         let base: Vec<f32> =
             mean.values.iter().map(|m| f64::from(m.max(0.0)).powf(0.25).clamp(low, high) as f32).collect();
-        let drawn: Vec<f32> = wish.iter().zip(&base).map(|(a, b)| (*a as f32).min(*b)).collect();
+        // Nearly all lines are all lines: single gaps would look like mistakes.
+        let drawn: Vec<f32> = wish.iter().zip(&base).map(|(a, b)| (*a as f32 / NEARLY_ALL).min(*b)).collect();
         for (i, owed) in owed.iter_mut().enumerate() {
-            *owed = (*owed + parts[i][k] - depth(f64::from(drawn[i]))).max(0.0);
+            *owed += parts[i][k] - depth(f64::from(drawn[i]));
         }
         shares.push(Share { drawn, base });
     }
