@@ -1,7 +1,7 @@
 //! Painterly strokes of a picture of 640 x 480 in four inks.
 use calamus::art::{PainterlyOptions, PainterlyStyle, Sheet, painterly};
 use calamus::math::{PAPER, Rgb};
-use calamus::picture::{Flat, Ink, Picture, linear_from_rgb, oklab_distance2, oklab_from_linear, oklab_from_rgb};
+use calamus::picture::{Flat, Ink, Picture, linear_from_rgb, oklab_difference2, oklab_from_linear, oklab_from_rgb};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 
@@ -37,7 +37,7 @@ fn landscape() -> Picture {
 fn flattened(picture: &Picture) -> Flat {
     let colors = [PAPER, Rgb([235, 190, 110]), Rgb([150, 165, 190]), Rgb([75, 100, 130]), Rgb([45, 55, 40])];
     let nearest = |p: &[f32; 3]| {
-        let distance = |i: &u8| oklab_distance2(oklab_from_linear(*p), oklab_from_rgb(colors[usize::from(*i)]));
+        let distance = |i: &u8| oklab_difference2(oklab_from_linear(*p), oklab_from_rgb(colors[usize::from(*i)]));
         (0..5).min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("there are five")
     };
     let inks = colors.iter().enumerate().map(|(i, color)| Ink { name: format!("ink {i}"), color: *color }).collect();

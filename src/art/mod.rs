@@ -7,7 +7,6 @@ mod brush;
 pub mod depth;
 mod dots;
 mod edges;
-mod dots;
 mod error;
 mod flow;
 mod hatch_lines;
@@ -24,11 +23,6 @@ mod voronoi;
 pub use brush::{BrushFill, PenBrush};
 pub use dots::{DotOptions, dot_art};
 pub use edges::{EdgeOptions, edges};
-mod stipple;
-mod tsp;
-mod voronoi;
-
-pub use dots::{DotOptions, dot_art};
 pub use error::ArtError;
 pub use flow::{Flow, FlowOptions};
 pub use hatching::{HatchOptions, hatching};
@@ -36,7 +30,6 @@ pub use ink_order::{InkOrder, OrderReport, arrange, shorten_travel};
 pub use painterly::{PainterlyOptions, PainterlyStyle, painterly};
 pub use placement::Placement;
 pub use stipple::{Dot, DotCount, StippleOptions, stipple};
-pub use stipple::{Dot, DotCount, MAX_DOTS, StippleOptions, stipple};
 pub use tsp::{TspOptions, tsp_art};
 
 use crate::drawing::Drawing;
