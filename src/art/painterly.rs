@@ -57,7 +57,7 @@ pub fn painterly(
 ) -> Result<Artwork, ArtError> {
     check(flat, original, sheet, line_widths, options)?;
     let painting = Painting::new(flat, original, sheet, line_widths, options, seed)?;
-    let mut plates = vec![plate("flat", "The picture in the palette's inks", &flat.picture())];
+    let mut plates = vec![plate("flat", "The picture in the palette's inks", &painting.flat)];
     plates.extend(painting.frames());
     plates.push(plate("painted", "The strokes as the painter thinks they look", &painting.canvas.picture()));
     let drawing = painting.drawing(flat, sheet);
@@ -79,6 +79,8 @@ struct Painting {
     layers: Vec<Layer>,
     /// Size of a pixel of the canvas, m.
     px: [f64; 2],
+    /// The picture in the palette's inks, of the canvas's size.
+    flat: Picture,
     blank: Canvas,
     canvas: Canvas,
     strokes: Vec<Candidate>,
@@ -109,10 +111,12 @@ impl Painting {
         let px = [wide / size[0] as f64, high / size[1] as f64];
         let mean_px = 0.5 * (px[0] + px[1]);
 
-        let target = wished(flat, original, size, options.flatness, 0.25 * line / mean_px);
+        let colors = pens.iter().map(|i| flat.inks[*i].color);
+        let flat = flat.picture().resized(size[0], size[1]);
+        let target = wished(&flat, original, options.flatness, (0.25 * line / mean_px) as f32);
         let brushes = brushes(options, [wide, high], line);
         let layers = layers(&target, &brushes, &lines, mean_px, options);
-        let washes = pens.iter().map(|i| bundled(wash(flat.inks[*i].color), options.coverage)).collect();
+        let washes = colors.map(|color| bundled(wash(color), options.coverage)).collect();
         let blank = Canvas::new(&target, washes, options.regret as f32);
         let habits = Habits {
             curvature: options.curvature,
@@ -126,7 +130,7 @@ impl Painting {
         if strokes.is_empty() {
             return Err(nothing("no ink of the palette makes the paper more like the picture"));
         }
-        Ok(Self { pens, lines, brushes, layers, px, blank, canvas, strokes })
+        Ok(Self { pens, lines, brushes, layers, px, flat, blank, canvas, strokes })
     }
 
     /// What the pens draw.
@@ -207,14 +211,14 @@ fn check(
     bad("line_widths", *line, "should be a length above 0, at most half of the sheet's shorter side")
 }
 
-/// The picture to be painted: of this size, between the original and its flat version, blurred a little, as finer than a
-/// line can't be drawn.
-fn wished(flat: &Flat, original: &Picture, size: [usize; 2], flatness: f64, sigma: f64) -> Picture {
-    let seen = |picture: &Picture| picture.resized(size[0], size[1]).blurred(sigma as f32).pixels;
-    let f = flatness as f32;
-    let mixed = |(o, p): ([f32; 3], [f32; 3])| std::array::from_fn(|k| (1.0 - f) * o[k] + f * p[k]);
-    let pixels = seen(original).into_iter().zip(seen(&flat.picture())).map(mixed).collect();
-    Picture::from_pixels(size[0], size[1], pixels).unwrap_or_default()
+/// The picture to be painted: of the flat one's size, between that and the original, blurred a little, as finer than a line
+/// can't be drawn.
+fn wished(flat: &Picture, original: &Picture, flatness: f64, sigma: f32) -> Picture {
+    let mut wished = original.resized(flat.width(), flat.height());
+    for (o, p) in wished.pixels.iter_mut().zip(&flat.pixels) {
+        *o = std::array::from_fn(|k| o[k] + flatness as f32 * (p[k] - o[k]));
+    }
+    wished.blurred(sigma)
 }
 
 /// The brushes, largest first, without those that a pen of this line can't tell apart.

@@ -68,7 +68,7 @@ impl Default for PainterlyOptions {
             regret: 4.0,
             flatness: 0.5,
             strokes: 1500,
-            patience: 0.9,
+            patience: 0.95,
         }
     }
 }
