@@ -78,7 +78,7 @@ fn plate(name: &str, caption: String, width: usize, height: usize, pixels: Vec<[
 
 /// The painting after some strokes, so many times, evenly spread; the first frame shows the first outline alone.
 pub(super) fn frames(flat: &Flat, paper: Rgb, strokes: &[Placed], count: usize) -> Vec<Plate> {
-    let scale = (FRAME as f64 / flat.width().max(flat.height()) as f64).max(1.0).min(4.0);
+    let scale = (FRAME as f64 / flat.width().max(flat.height()) as f64).clamp(1.0, 4.0);
     let size = |n: usize| (n as f64 * scale).round() as usize;
     let mut sheet = Paper::new(size(flat.width()), size(flat.height()), paper);
     let through: Vec<[f32; 3]> = flat.inks.iter().map(|i| through(i.color, paper)).collect();
