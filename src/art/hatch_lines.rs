@@ -116,7 +116,7 @@ fn runs(layer: &Layer, line: &[Point2<f64>], begins: f32) -> Vec<(usize, usize)>
     let mut found: Vec<(usize, usize)> = Vec::new();
     let mut from = None;
     for i in 0..=line.len() {
-        let on = i < line.len() && part[i] > f64::from(begins) && !bare(i);
+        let on = part.get(i).is_some_and(|p| *p > f64::from(begins)) && !bare(i);
         match from {
             None if on => from = Some(i),
             Some(start) if !on => {

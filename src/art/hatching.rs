@@ -66,11 +66,11 @@ impl Default for HatchOptions {
             angles: [0.0, 90.0, 45.0, 135.0].map(f64::to_radians),
             angle: 45f64.to_radians(),
             follow: 1.0,
-            flow_scale: 3e-3,
-            min_spacing: 1.7,
+            flow_scale: 2e-3,
+            min_spacing: 1.6,
             max_spacing: 10.0,
-            evenness: 3e-3,
-            min_length: 2.5e-3,
+            evenness: 1.5e-3,
+            min_length: 2e-3,
             edges: Some(EdgeOptions::default()),
         }
     }
@@ -248,9 +248,9 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
     let wished = |tone: f64| {
         let mut rest = depth(tone);
         let mut parts = [0.0; 4];
-        for k in 0..n {
-            parts[k] = rest.min(caps[k]);
-            rest -= parts[k];
+        for (part, cap) in parts.iter_mut().zip(&caps[..n]) {
+            *part = rest.min(*cap);
+            rest -= *part;
         }
         let [alone, over] = TAKEOVER;
         for k in 1..n {
@@ -259,9 +259,9 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
             parts[k] -= kept;
         }
         // Past the last one's turn all grow denser together.
-        for k in 0..n {
-            let more = (rest / (n - k) as f64).min(most - parts[k]).max(0.0);
-            parts[k] += more;
+        for (k, part) in parts[..n].iter_mut().enumerate() {
+            let more = (rest / (n - k) as f64).min(most - *part).max(0.0);
+            *part += more;
             rest -= more;
         }
         parts
@@ -366,7 +366,7 @@ mod tests {
             let got = covered(&drawn, 1)[0];
             assert!((got - f64::from(tone)).abs() < 0.025, "{got} for {tone}");
             for stroke in &drawn.layers[0].strokes {
-                assert!(stroke.length() >= 2.4e-3, "a crumb of {} m", stroke.length());
+                assert!(stroke.length() >= 1.9e-3, "a crumb of {} m", stroke.length());
                 let inside =
                     |p: &Point2<f64>| p.x.abs() <= 0.06 - 0.5 * WIDTH + 1e-9 && p.y.abs() <= 0.03 - 0.5 * WIDTH + 1e-9;
                 assert!(stroke.points.iter().all(inside));

@@ -58,7 +58,8 @@ pub fn arrange(drawing: &mut Drawing, rule: InkOrder) -> OrderReport {
 
 /// Places that a stroke may move.
 fn bound(disorder: f64, strokes: usize) -> usize {
-    (disorder.max(0.0).min(1.0) * strokes as f64) as usize
+    // A disorder that isn't a number allows none.
+    (disorder.clamp(0.0, 1.0) * strokes as f64) as usize
 }
 
 fn by_ink(drawing: &Drawing, made: &[StrokeRef], light_to_dark: bool) -> Vec<usize> {
@@ -130,7 +131,7 @@ fn few_changes(made: &[StrokeRef], bound: usize) -> Vec<usize> {
                 }
             }
         }
-        grown.sort_by(|a, b| (b.next, b.oldest).cmp(&(a.next, a.oldest)));
+        grown.sort_by_key(|b| std::cmp::Reverse((b.next, b.oldest)));
         grown.truncate(BEAM);
         let Some(best) = grown.first() else { break };
         if best.next == n {

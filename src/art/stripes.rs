@@ -131,7 +131,7 @@ impl Stripes {
         let (right, down) = (self.steps(1, 0), self.steps(0, 1));
         for sweep in 0..SWEEPS {
             for k in 0..w * h {
-                let i = if sweep % 2 == 0 { k } else { w * h - 1 - k };
+                let i = if sweep.is_multiple_of(2) { k } else { w * h - 1 - k };
                 let (row, column) = (i / w, i % w);
                 let mut sum = [0.0f32; 2];
                 let mut ahead = |s: Step, v: [f32; 2]| {
@@ -274,7 +274,7 @@ fn trace(stripes: &Stripes, wave: &[[f32; 2]]) -> Vec<Vec<Point2<f64>>> {
     let point = |edge: u32| {
         let (i, share) = (edge as usize / 2, f64::from(place[edge as usize]));
         let (x, y) = ((i % w) as f64, (i / w) as f64);
-        let p = if edge % 2 == 0 { Point2::new(x + share, y) } else { Point2::new(x, y + share) };
+        let p = if edge.is_multiple_of(2) { Point2::new(x + share, y) } else { Point2::new(x, y + share) };
         p * f64::from(stripes.cell)
     };
     let mut seen = vec![false; links.len()];
