@@ -1,7 +1,7 @@
 //! Every scenario that comes with the program, drawn from start to end, and what must hold of each.
 //!
 //! They run on the articulated plant, which agrees with rapier's (tests/physics.rs) and is several times faster; one of
-//! them runs on rapier too.
+//! them runs on rapier too. Those made from pictures are drawn smaller, so that all of them take minutes.
 use std::path::{Path, PathBuf};
 
 use calamus::measure::Metrics;
@@ -17,10 +17,23 @@ fn scenarios() -> Vec<PathBuf> {
     files
 }
 
+/// What makes the drawing of a scenario smaller, where that would take too long.
+fn smaller(name: &str) -> &'static [&'static str] {
+    match name {
+        "tsp_portrait" => &["drawing.tsp.points=4000", "drawing.height_mm=90"],
+        "painterly" => &["drawing.painterly.strokes=200"],
+        "layered_depth" => &["drawing.layered_depth.strokes=200"],
+        "hatching" => &["drawing.height_mm=60"],
+        _ => &[],
+    }
+}
+
 /// Draws a scenario without views and gives its figures and the folder that it wrote.
 fn drawn(file: &Path, plant: &str) -> (Scenario, Metrics, tempfile::TempDir) {
-    let set = [&format!("sim.plant=\"{plant}\""), "render.views=[]", "render.drawing_px=800"];
-    let overrides: Vec<Override> = set.iter().map(|s| s.parse().unwrap()).collect();
+    let plant = format!("sim.plant=\"{plant}\"");
+    let set = [plant.as_str(), "render.views=[]", "render.drawing_px=800"];
+    let smaller = smaller(file.file_stem().unwrap().to_str().unwrap());
+    let overrides: Vec<Override> = set.iter().chain(smaller).map(|s| s.parse().unwrap()).collect();
     let scenario = Scenario::read(file, &overrides).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let out = OutputDir::check(folder.path()).unwrap();
@@ -54,6 +67,13 @@ fn check(file: &Path, plant: &str) {
     let bound = 0.2 * std::f64::consts::PI * 1e-3;
     assert!(value("plan.max_joint_step_rad") <= bound * 1.01, "{name}: {}", value("plan.max_joint_step_rad"));
 
+    // the robot's picture is as like the artwork as the preview is
+    if let Some(preview) = m.value("image.preview_ssim") {
+        assert!((value("image.ssim") - preview).abs() <= 0.03, "{name}: {} {preview}", value("image.ssim"));
+        let (drawn, preview) = (value("image.psnr_db"), value("image.preview_psnr_db"));
+        assert!((drawn - preview).abs() <= 1.0, "{name}: {drawn} dB, preview {preview} dB");
+    }
+
     assert!(scenario.unmet(&m).is_empty(), "{name}: {:?}", scenario.unmet(&m));
     for file in
         ["scenario.toml", "drawing.png", "drawing.svg", "plan.json", "plan-arm0.npy", "record.mcap", "metrics.json"]
@@ -82,7 +102,18 @@ macro_rules! each {
     };
 }
 
-each!(column_figure, first_light, grid_plane, hilbert_column, letter, stylus_signature);
+each!(
+    column_figure,
+    first_light,
+    grid_plane,
+    hatching,
+    hilbert_column,
+    layered_depth,
+    letter,
+    painterly,
+    stylus_signature,
+    tsp_portrait
+);
 
 #[test]
 fn a_scenario_holds_on_rapier_too() {

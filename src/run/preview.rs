@@ -20,9 +20,9 @@ const MOST_PX: u32 = 2000;
 const CORNER: f64 = 0.35;
 /// Shares of the rule of thumb for times, fitted to plans of this program's scenarios.
 const SMOOTH: f64 = 1.5;
-const PRESS_REST: f64 = 0.5;
+const PRESS_REST: f64 = 0.65;
 const LIFT_REST: f64 = 0.3;
-const TRAVEL_START: f64 = 0.6;
+const TRAVEL_START: f64 = 0.4;
 const CHANGE_WAY: f64 = 5.0;
 
 /// The ink that a perfect robot would leave: full density, and the width that is wished or that the pen has.

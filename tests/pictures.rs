@@ -1,0 +1,137 @@
+//! Pictures become drawings: whatever the picture, a good result or one clear message, and the same at any thread count.
+use std::path::{Path, PathBuf};
+
+use calamus::report::OutputDir;
+use calamus::run::{Outcome, RunError, Silent, draw};
+use calamus::scenario::{Override, Sketch};
+
+const STYLES: [&str; 6] = ["tsp", "stipple", "painterly", "layered_depth", "hatching", "edges"];
+
+fn art(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/art").join(name)
+}
+
+/// Draws a picture with these settings into a folder.
+fn drawn(file: &Path, sets: &[&str], folder: &Path) -> Result<Outcome, RunError> {
+    let overrides: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
+    let sketch = Sketch::of_file(file, &overrides).unwrap();
+    draw(&sketch, &OutputDir::check(folder).unwrap(), &Silent)
+}
+
+/// What a style is set to, to be quick.
+fn quick(style: &str) -> [String; 5] {
+    let few = match style {
+        "tsp" => "drawing.tsp.points=1500",
+        "stipple" => "drawing.stipple.dots=1500",
+        "painterly" => "drawing.painterly.strokes=150",
+        "layered_depth" => "drawing.layered_depth.strokes=150",
+        _ => "drawing.rotate_deg=0",
+    };
+    [
+        format!("drawing.style={style}"),
+        few.into(),
+        "drawing.width_mm=80".into(),
+        "pen.kind=fineliner_08".into(),
+        "render.drawing_px=500".into(),
+    ]
+}
+
+fn in_threads<T: Send>(count: usize, f: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap().install(f)
+}
+
+#[test]
+fn strokes_are_the_same_at_one_and_two_threads_and_previews_show_the_picture() {
+    for style in STYLES {
+        let sets = quick(style);
+        let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        if style == "tsp" {
+            sets.push("drawing.color.separation=cmyk");
+        }
+        let svgs: Vec<String> = [1, 2]
+            .iter()
+            .map(|threads| {
+                let folder = tempfile::tempdir().unwrap();
+                let outcome = in_threads(*threads, || drawn(&art("pasture.png"), &sets, folder.path())).unwrap();
+                let m = &outcome.metrics;
+                let d = m.drawing.as_ref().unwrap();
+                assert!(d.length_m > 0.1 && d.estimated_s.unwrap() > 1.0 || style == "stipple", "{style}: {d:?}");
+                assert_eq!(d.layers.iter().map(|l| l.strokes).sum::<usize>(), d.strokes);
+                let ssim = m.value("image.preview_ssim").unwrap();
+                assert!(ssim > 0.15, "{style}: likeness {ssim}");
+                assert!(folder.path().join("preview.png").exists());
+                std::fs::read_to_string(folder.path().join("wished.svg")).unwrap()
+            })
+            .collect();
+        assert!(svgs[0] == svgs[1], "{style}");
+    }
+}
+
+#[test]
+fn ordered_by_ink_the_pen_changes_far_less_and_the_picture_stays() {
+    for style in ["painterly", "layered_depth"] {
+        let strokes = format!("drawing.{style}.strokes=1500");
+        let with = |order: &str| {
+            let folder = tempfile::tempdir().unwrap();
+            let sets = [
+                &format!("drawing.style={style}"),
+                &strokes,
+                "drawing.width_mm=200",
+                "drawing.color.count=4",
+                &format!("drawing.ink_order={order}"),
+            ];
+            let m = drawn(&art("pasture.png"), &sets, folder.path()).unwrap().metrics;
+            let d = m.drawing.clone().unwrap();
+            assert!(d.inks == 4 && d.strokes <= 1500 && d.strokes > 500, "{style}: {d:?}");
+            (d.ink_changes, m.value("image.preview_ssim").unwrap())
+        };
+        let (made, by_ink, few) = (with("as_made"), with("by_ink"), with("fewest_changes"));
+        assert!(made.0 >= 150, "{style}: {} changes in the artist's order", made.0);
+        assert!(by_ink.0 == 3 && few.0 < made.0 / 4, "{style}: {made:?} {by_ink:?} {few:?}");
+        assert!((made.1 - by_ink.1).abs() < 0.01 && (made.1 - few.1).abs() < 0.01, "{style}: {made:?} {by_ink:?}");
+    }
+}
+
+/// An 8-bit RGB picture of one colour as a PNG file.
+fn plain(folder: &Path, name: &str, side: u32, rgb: [u8; 3]) -> PathBuf {
+    let pixels = rgb.repeat((side * side) as usize);
+    let file = folder.join(name);
+    calamus::picture::Image::new(side, side, pixels).unwrap().write_png(&file, None).unwrap();
+    file
+}
+
+#[test]
+fn odd_pictures_are_drawn_or_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let whole = std::fs::read(art("chart.png")).unwrap();
+    let cut = folder.path().join("cut.png");
+    std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    let good =
+        [art("chart.png"), art("ramp16.png"), data.join("cmyk.jpg"), plain(folder.path(), "black.png", 40, [0; 3])];
+    let empty = [plain(folder.path(), "white.png", 40, [255; 3])];
+    let any = [plain(folder.path(), "one-black.png", 1, [0; 3]), plain(folder.path(), "one-white.png", 1, [255; 3])];
+    for style in STYLES {
+        let sets = quick(style);
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let with = |file: &Path| drawn(file, &sets, &folder.path().join("out"));
+        for file in &good {
+            match with(file) {
+                Ok(outcome) => assert!(outcome.metrics.drawing.unwrap().strokes > 0, "{style} {}", file.display()),
+                // a picture of one tone has no edges
+                Err(e) => assert!(style == "edges" && !file.ends_with("chart.png"), "{style} {}: {e}", file.display()),
+            }
+        }
+        for file in &empty {
+            let message = with(file).unwrap_err().to_string();
+            assert!(message.contains("nothing to draw") && !message.contains('\n'), "{style}: {message}");
+        }
+        for file in &any {
+            if let Err(e) = with(file) {
+                assert!(!e.to_string().contains('\n'), "{style}: {e}");
+            }
+        }
+        let message = with(&cut).unwrap_err().to_string();
+        assert!(message.contains("cut.png") && !message.contains('\n'), "{message}");
+    }
+}
