@@ -12,7 +12,8 @@ fn every_key_of_a_scenario_is_in_the_guide() {
     let objects = schema["$defs"].as_object().unwrap().values().chain([&schema]);
     for object in objects.filter_map(|o| o["properties"].as_object()) {
         for key in object.keys() {
-            let named = [format!("`{key}`"), format!("[{key}]"), format!(".{key}]"), format!("{key} = ")];
+            let named =
+                [format!("`{key}`"), format!("[{key}]"), format!(".{key}]"), format!("{key} = "), format!(".{key}`")];
             assert!(named.iter().any(|n| guide.contains(n)), "GUIDE.md doesn't explain `{key}`");
         }
     }

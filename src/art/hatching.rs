@@ -171,7 +171,7 @@ fn hatch_ink(
 ) -> Vec<Stroke> {
     let [sheet_w, sheet_h] = placement.size();
     let cell = width * options.min_spacing / POINTS_A_SPACING;
-    // Grid points lie at the centres of the tone's cells, half a line inside the picture at the border.
+    // The outermost grid points lie half a line inside the picture, so that lines along the border end with it.
     let count = |side: f64| (((side - width) / cell).floor().max(0.0) as usize) + 1;
     let (columns, rows) = (count(sheet_w), count(sheet_h));
     if columns < 2 || rows < 2 || coverage.values.iter().all(|v| *v < WHITE) {
@@ -193,7 +193,8 @@ fn hatch_ink(
             0.5 * (options.follow * d[1] - sin).atan2(options.follow * d[0] + cos)
         }
     };
-    let (step_x, step_y) = (sheet_w / columns as f64, sheet_h / rows as f64);
+    let step = |side: f64, count: usize| (side - width) / (count - 1) as f64;
+    let (step_x, step_y) = (step(sheet_w, columns), step(sheet_h, rows));
     let layers = shares.into_par_iter().enumerate().map(|(k, share)| {
         let turn = options.angles[k];
         let along = along(k);
@@ -215,7 +216,8 @@ fn hatch_ink(
             min_length: options.min_length * (1.0 + 0.5 * k as f64) / cell,
         };
         let place = |p: &Point2<f64>| {
-            let (x, y) = ((p.x + 0.5) * step_x - 0.5 * sheet_w, 0.5 * sheet_h - (p.y + 0.5) * step_y);
+            let half = |side: f64| 0.5 * (side - width);
+            let (x, y) = (p.x * step_x - half(sheet_w), half(sheet_h) - p.y * step_y);
             Point2::new(x, y)
         };
         let name = (ink * 4 + k) as u64;
