@@ -93,7 +93,8 @@ impl PenBrush {
                 return way;
             }
             way.push(middle + radius * Vector2::new(angle.cos(), angle.sin()));
-            angle += step / radius.max(step);
+            // Longer chords would cut the rim visibly short of its circle.
+            angle += (step / radius).min(0.4);
         }
     }
 
