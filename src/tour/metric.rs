@@ -1,6 +1,6 @@
 //! Lengths between points, rounded to a grid on which sums are exact.
 
-/// Half-open magnitude trick: adding 1.5 * 2^52 quanta pushes all digits below one quantum out of an `f64`.
+/// 1.5 * 2^52: so many quanta added to a number push all digits below one quantum out of an `f64`.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
 /// Euclidean distance, rounded to a multiple of a power of two.

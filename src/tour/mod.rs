@@ -32,14 +32,14 @@ const MOST: usize = 1 << 30;
 /// Coordinates up to which lengths can be rounded to whole numbers, and their sums are still exact.
 const WHOLE: f64 = (1u64 << 45) as f64;
 
-/// How long to search beyond the first tour without a Lin-Kernighan move left (a second for 100,000 to 200,000
-/// points).
+/// How long to search once no Lin-Kernighan move is left; to come there takes about a second for 100,000 points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effort {
-    /// Kicks for each point: the same tour on any machine and at any number of threads. 0.1 is a good tour, 1 a very
-    /// good one, 10 is for contests.
+    /// Kicks for each point: the same tour on any machine and at any number of threads. Tours
+    /// through evenly strewn points are some 4 % longer than the shortest at 0, KICKS1 at 0.3, KICKS2 at 1.
     Kicks(f64),
-    /// Until so much time has gone by since the call: the tour depends on the machine.
+    /// Until so much time has gone by since the call, or no Lin-Kernighan move is left, whichever comes last: the tour
+    /// depends on the machine.
     Time(Duration),
 }
 
@@ -114,10 +114,11 @@ pub fn solve(points: &[Point2<f64>], options: &TourOptions) -> Result<Vec<u32>, 
     // all points may be at 0; `+ 0.0` makes one number of 0 and -0
     let scaled = |v: f64| if scale > 0.0 { v / scale + 0.0 } else { 0.0 };
     let places: Vec<[f64; 2]> = points.iter().map(|p| [scaled(p.x), scaled(p.y)]).collect();
-    let groups = coinciding(&places);
+    let sorted = sorted_by_place(&places);
+    let groups: Vec<&[u32]> = sorted.chunk_by(|&a, &b| places[a as usize] == places[b as usize]).collect();
     let different: Vec<[f64; 2]> = groups.iter().map(|g| places[g[0] as usize]).collect();
     let tour = tour_of_different(&different, metric, options, start);
-    Ok(tour.iter().flat_map(|&g| &groups[g as usize]).copied().collect())
+    Ok(tour.iter().flat_map(|&g| groups[g as usize]).copied().collect())
 }
 
 /// Length of a tour; with `closed` from its last point back to the first, too.
@@ -142,15 +143,14 @@ fn edges(points: &[Point2<f64>], order: &[u32], closed: bool) -> impl Iterator<I
     ends.map(|(&a, &b)| (points[a as usize] - points[b as usize]).norm())
 }
 
-/// Indices of the points at each place.
-fn coinciding(places: &[[f64; 2]]) -> Vec<Vec<u32>> {
+/// Indices of the points, those at one place side by side.
+fn sorted_by_place(places: &[[f64; 2]]) -> Vec<u32> {
     let mut ids: Vec<u32> = (0..places.len() as u32).collect();
-    let place = |i: u32| places[i as usize];
     ids.sort_unstable_by(|&a, &b| {
-        let (p, q) = (place(a), place(b));
+        let (p, q) = (places[a as usize], places[b as usize]);
         p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.cmp(&b))
     });
-    ids.chunk_by(|&a, &b| place(a) == place(b)).map(<[u32]>::to_vec).collect()
+    ids
 }
 
 /// A short tour of points none of which coincide.

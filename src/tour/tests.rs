@@ -114,13 +114,14 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn tours_come_near_the_length_of_the_shortest() {
-    // 0.7124 sqrt(n A) (1 + 0.33 / n), Johnson, McGeoch and Rothberg 1996, with the edge of the square: Lee and Choi
+    // of random points in a square the shortest tour is 0.7313 sqrt(n A) long at n = 1,000, 0.7168 at 10,000 (Johnson
+    // and McGeoch, "The Traveling Salesman Problem: A Case Study in Local Optimization", 1997)
     let n = 4000;
     let points = scattered(n);
-    let shortest = 0.7124 * (n as f64).sqrt() * (1.0 + 0.467 / (n as f64).sqrt() * 1.0);
+    let shortest = 0.722 * (n as f64).sqrt();
     let lengths = [0.0, 1.0].map(|k| length(&points, &solve(&points, &options(true, k)).unwrap(), true));
     assert!(lengths[1] < lengths[0], "kicks make tours shorter: {lengths:?}");
-    assert!(lengths[0] < 1.06 * shortest && lengths[1] < 1.03 * shortest, "{lengths:?} against {shortest}");
+    assert!(lengths[0] < 1.04 * shortest && lengths[1] < 1.02 * shortest, "{lengths:?} against {shortest}");
 }
 
 #[test]
