@@ -242,11 +242,6 @@ impl ArrayTour {
         path
     }
 
-    /// Nodes that `lay` would have to move.
-    pub(super) fn cost(&self, path: &Path) -> u32 {
-        path.frame.len - path.pieces().iter().map(|p| p.len()).max().unwrap_or(0)
-    }
-
     /// Lays the pieces of a path in their order; the longest one stays where it is.
     pub(super) fn lay(&mut self, path: &Path) {
         let pieces = path.pieces();

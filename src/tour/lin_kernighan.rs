@@ -22,7 +22,6 @@ pub(super) struct Optimiser {
     pub(super) tour: ArrayTour,
     /// Difference of the two ends of an edge that must stay, 0-(n-1); 0 where there is none.
     seam: u32,
-    longest_move: u32,
     queue: Vec<u32>,
     queue_head: usize,
     queued: Vec<bool>,
@@ -53,7 +52,6 @@ impl Optimiser {
         points: Vec<[f64; 2]>,
         neighbours: Vec<[(u32, f64); NEIGHBOURS]>,
         seam: bool,
-        longest_move: u32,
     ) -> Self {
         let n = points.len();
         Self {
@@ -62,7 +60,6 @@ impl Optimiser {
             neighbours,
             tour: ArrayTour::new(n),
             seam: if seam { n as u32 - 1 } else { 0 },
-            longest_move,
             queue: Vec::new(),
             queue_head: 0,
             queued: vec![false; n],
@@ -124,7 +121,8 @@ impl Optimiser {
             let path = self.tour.path(head, forwards);
             let mut best = Best { gain: 0.0, path };
             self.deepen(0, &path, head, node, gain, &mut best);
-            if best.gain > 0.0 && self.make(&best.path) {
+            if best.gain > 0.0 {
+                self.make(&best.path);
                 return Some(best.gain);
             }
         }
@@ -263,11 +261,8 @@ impl Optimiser {
         }
     }
 
-    /// Makes a move, unless it would shift too much of the tour.
-    fn make(&mut self, path: &Path) -> bool {
-        if self.tour.cost(path) > self.longest_move {
-            return false;
-        }
+    /// Makes a move, and puts the ends of the edges that it changes on the list.
+    fn make(&mut self, path: &Path) {
         for piece in path.pieces() {
             for step in [piece.low, piece.high] {
                 let node = self.tour.at(path.frame.position(step));
@@ -275,6 +270,5 @@ impl Optimiser {
             }
         }
         self.tour.lay(path);
-        true
     }
 }

@@ -20,8 +20,6 @@ const ROUND: f64 = 0.2;
 const SHORTEST: u32 = 8;
 /// Nodes over which kicks that follow each other are strewn.
 const SCATTER: u32 = 100;
-/// Nodes that a move may shift: longer ones gain too little for their time.
-const LONGEST_MOVE: u32 = 50_000;
 /// Kicks between looks at the clock.
 const BATCH: u64 = 64;
 
@@ -49,7 +47,7 @@ impl Map {
             found
         });
         let neighbours = neighbours.collect();
-        Optimiser::new(self.metric, points, neighbours, seam, LONGEST_MOVE)
+        Optimiser::new(self.metric, points, neighbours, seam)
     }
 }
 
