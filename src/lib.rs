@@ -1,8 +1,8 @@
 //! Calamus: a physics-simulation digital twin of a robotic pen-drawing system.
 //!
-//! A vector drawing becomes pen strokes on a sheet ([`drawing`]), the strokes are laid on a believed canvas
-//! ([`surface`]), an arm is planned along them ([`plan`]), a simulated arm draws them on the true canvas under
-//! Cartesian impedance control ([`twin`], [`control`]), and ink appears where the pen presses ([`ink`]). Pictures
+//! A picture ([`picture`], [`art`]), a vector file or a recording becomes pen strokes on a sheet ([`drawing`]), the strokes
+//! are laid on a believed canvas ([`surface`]), an arm is planned along them ([`plan`]), a simulated arm draws them on the true
+//! canvas under Cartesian impedance control ([`twin`], [`control`]), and ink appears where the pen presses ([`ink`]). Pictures
 //! ([`render`]), figures ([`measure`]) and files ([`report`]) are made from what was drawn, never from the plan.
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

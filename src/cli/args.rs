@@ -5,7 +5,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::scenario::Override;
 
-/// Draws vector pictures with a simulated robot arm and a pen that leaves ink where it really touches.
+/// Draws pictures with a simulated robot arm and a pen that leaves ink where it really touches.
 #[derive(Debug, Parser)]
 #[command(name = "calamus", version, arg_required_else_help = true)]
 pub(super) struct Args {

@@ -107,6 +107,6 @@ impl Drawing {
     }
     /// Length of all strokes, m.
     pub fn length(&self) -> f64 {
-        self.layers.iter().flat_map(|l| &l.strokes).map(Stroke::length).sum()
+        self.layers.iter().flat_map(|l| &l.strokes).fold(0.0, |sum, s| sum + s.length())
     }
 }

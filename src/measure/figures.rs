@@ -40,7 +40,7 @@ impl LayerMetrics {
             color: format!("#{r:02x}{g:02x}{b:02x}"),
             strokes: layer.strokes.len(),
             points: layer.strokes.iter().map(|s| s.points.len()).sum(),
-            length_m: layer.strokes.iter().map(|s| s.length()).sum(),
+            length_m: layer.strokes.iter().fold(0.0, |sum, s| sum + s.length()),
         }
     }
 }

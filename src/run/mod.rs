@@ -159,6 +159,8 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     progress.stage("report", None);
     let mcap = out.write_with("record.mcap", |file| write_record(&record, file).map_err(std::io::Error::other))?;
     written.other(mcap, "Joints, pen, forces and events over time; opens in Foxglove");
+    // what was drawn comes before how it came about
+    written.pictures.sort_by_key(|(name, _)| !(name == "drawing.png" || name.starts_with("view-")));
     let page = Page {
         title: &scenario.name,
         description: &scenario.description,
