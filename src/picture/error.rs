@@ -48,7 +48,7 @@ pub enum PictureError {
         depth: png::BitDepth,
     },
     /// A file that is no picture that can be read.
-    #[error("{}: {found}, but a picture has to be a PNG or a JPEG: convert it first", file.display())]
+    #[error("{}: {found}: a picture has to be a PNG or a JPEG: convert it first", file.display())]
     NoPicture {
         /// The file.
         file: PathBuf,

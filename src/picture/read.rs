@@ -156,7 +156,7 @@ fn format(source: &mut (impl BufRead + Seek)) -> Result<Format, Fault> {
         [b'R', b'I', b'F', b'F', ..] => "it is a WebP",
         _ if inner.starts_with(b"ftypavif") => "it is an AVIF",
         _ if inner.starts_with(b"ftyp") => "it is a HEIC or another of its family",
-        _ => "its first bytes are of neither",
+        _ => "by its first bytes it is neither",
     };
     Err(Fault::NoPicture(found.into()))
 }

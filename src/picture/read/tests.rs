@@ -138,7 +138,7 @@ fn a_message_names_the_file_and_what_would_be_right() {
         assert!(text.contains(name), "{text}");
         text
     };
-    assert!(says("a.png", b"").contains("the file is empty, but a picture has to be a PNG or a JPEG"));
+    assert!(says("a.png", b"").contains("the file is empty: a picture has to be a PNG or a JPEG"));
     assert!(says("b.png", b"RIFF....WEBPVP8 ").contains("WebP"));
     assert!(says("c.jpg", &GREY[..200]).contains("cut short"));
     let mut huge = png(1, 1, ColorType::Grayscale, 8, &[0], |_| {});
