@@ -2,7 +2,7 @@
 //!
 //! A move is looked for without touching the tour: what it would make of it is a [`Path`], a list of a few pieces of
 //! the present one. Only moves that shorten the tour are carried out.
-use super::array::{ArrayTour, Path};
+use super::array::{ArrayTour, PIECES, Path};
 use super::metric::Metric;
 
 /// Neighbours of each node that new edges may lead to.
@@ -13,6 +13,8 @@ const BREADTH: [usize; 20] = [5, 3, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
 const RINGS: usize = 1;
 
 const NONE: u32 = u32::MAX;
+// each depth adds a piece, and a ring, opened one depth further on, one more
+const _: () = assert!(1 + BREADTH.len() + RINGS <= PIECES);
 
 /// Nodes 0..n with their places and neighbours, and a tour of them that only gets shorter.
 pub(super) struct Optimiser {
