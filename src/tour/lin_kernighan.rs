@@ -172,9 +172,7 @@ impl Optimiser {
             && gain > winner.gain
         {
             let new = path.turned_before(ways[i].piece, ways[i].step);
-            if gain > winner.gain {
-                *winner = Best { gain, path: new };
-            }
+            *winner = Best { gain, path: new };
         }
         if depth + 1 >= BREADTH.len() {
             return;
@@ -187,11 +185,11 @@ impl Optimiser {
                 break;
             }
             if way.ring {
-                self.open_ring(depth + 1, path, &way, tail, winner)
+                self.open_ring(depth + 1, path, &way, tail, winner);
             } else {
                 let new = path.turned_before(way.piece, way.step);
-                self.deepen(depth + 1, &new, way.head, tail, way.open, winner)
-            };
+                self.deepen(depth + 1, &new, way.head, tail, way.open, winner);
+            }
             if winner.gain > 0.0 {
                 return;
             }
@@ -241,9 +239,7 @@ impl Optimiser {
         {
             let (_, piece, step, turned, _) = ways[i];
             let new = path.ring_opened(ring.piece, ring.step, piece, step, turned);
-            if gain > winner.gain {
-                *winner = Best { gain, path: new };
-            }
+            *winner = Best { gain, path: new };
         }
         if depth + 1 >= BREADTH.len() {
             return;

@@ -79,7 +79,7 @@ pub(super) fn chain(map: &Map, tour: &mut [u32], effort: Effort, seed: u64, star
     }
     let (mut left, deadline) = match effort {
         Effort::Kicks(k) => (k, None),
-        Effort::Time(t) => (f64::INFINITY, Some(start + t)),
+        Effort::Time(t) => (f64::INFINITY, start.checked_add(t)),
     };
     let count = if n < SPLIT { 1 } else { (n as f64 / STRETCH).round().max(2.0) as usize };
     let size = n.div_ceil(count);
