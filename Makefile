@@ -9,7 +9,7 @@ draw: driver
 	@echo "the picture is out/$(basename $(notdir $(SCENARIO)))/drawing.png, the report out/$(basename $(notdir $(SCENARIO)))/report.html"
 
 test: driver
-	$(CARGO) test --quiet --features onnx
+	$(CARGO) test --quiet --features onnx --lib --bins --tests
 
 lint:
 	$(CARGO) fmt --check

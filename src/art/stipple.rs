@@ -357,6 +357,7 @@ fn unit(hash: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::{psnr, ssim};
 
     /// Ink that grows to the right, with a white disc in it.
     fn ramp(width: usize, height: usize) -> Plane {
@@ -365,6 +366,26 @@ mod tests {
             let white = (x as f64 - cx).hypot(y as f64 - cy) < r;
             if white { 0.0 } else { x as f32 / width as f32 }
         })
+    }
+
+    #[test]
+    fn a_blurred_stippling_is_the_blurred_picture() {
+        // as many dots to the area as 80,000 on 2000 x 1500
+        let (w, h) = (500, 375);
+        let density = Plane::from_fn(w, h, |x, y| {
+            let (u, v) = (x as f32 / w as f32, y as f32 / h as f32);
+            let edge = if u + 0.5 * v > 0.9 { 0.25 } else { 0.0 };
+            (0.35 + 0.3 * (9.0 * u).sin() * (7.0 * v).cos() + edge).clamp(0.0, 1.0)
+        });
+        let dots = stipple(&density, &StippleOptions::new(DotCount::Points(5000)), 3);
+        let ink = density.values.iter().sum::<f32>() / dots.len() as f32;
+        let mut drawn = Plane::filled(w, h, 0.0);
+        for dot in &dots {
+            drawn.values[(dot.y as usize).min(h - 1) * w + (dot.x as usize).min(w - 1)] += ink;
+        }
+        let (drawn, wished) = (drawn.blurred(8.0), density.blurred(8.0));
+        let (psnr, ssim) = (psnr(&drawn, &wished).unwrap(), ssim(&drawn, &wished).unwrap());
+        assert!(psnr > 32.5 && ssim > 0.975, "{psnr} dB, SSIM {ssim}");
     }
 
     #[test]

@@ -34,7 +34,9 @@ pub fn summary(metrics: &Metrics, files: &[PathBuf]) -> String {
     line("scenario", vec![Some(metrics.scenario.clone()), Some(format!("seed {}", metrics.seed))]);
     if let Some(d) = &metrics.drawing {
         let (strokes, inks) = (counted(d.strokes, "stroke"), counted(d.inks, "ink"));
-        line("drawing", vec![Some(strokes), Some(inks), Some(format!("{:.2} m of line", d.length_m))]);
+        let changes = (d.ink_changes > 0).then(|| counted(d.ink_changes, "change") + " of ink");
+        let time = d.estimated_s.map(|s| format!("roughly {} at the robot", duration(s)));
+        line("drawing", vec![Some(strokes), Some(inks), Some(format!("{:.2} m of line", d.length_m)), changes, time]);
     }
     if let Some(m) = &metrics.mapping {
         let area = m.area_ratio_p05.zip(m.area_ratio_p95).map(|(a, b)| format!("area times {a:.2} to {b:.2}"));
@@ -68,6 +70,12 @@ pub fn summary(metrics: &Metrics, files: &[PathBuf]) -> String {
         line("line", vec![mean, p95, l.error_max_mm.map(|e| format!("at most {e:.2} mm"))]);
         let coverage = l.coverage.map(|c| format!("{} of the line drawn", percent(c)));
         line("ink", vec![coverage, l.excess.map(|e| format!("{} astray", percent(e)))]);
+    }
+    if let Some(i) = &metrics.image {
+        let likeness =
+            |ssim: Option<f64>, psnr: Option<f64>| ssim.zip(psnr).map(|(s, p)| format!("likeness {s:.2}, {p:.1} dB"));
+        let preview = likeness(i.preview_ssim, i.preview_psnr_db).map(|l| format!("preview {l}"));
+        line("picture", vec![likeness(i.ssim, i.psnr_db), preview]);
     }
     let why = metrics.render.as_ref().and_then(|r| r.views_absent.clone());
     line("views", vec![why.map(|w| format!("none: {w}"))]);

@@ -35,8 +35,6 @@ const WHOLE: f64 = (1u64 << 45) as f64;
 /// How long to search once no Lin-Kernighan move is left; to come there takes about a second for 100,000 points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effort {
-    /// Kicks for each point: the same tour on any machine and at any number of threads. TSPLIB's d18512 comes out 1.3 %
-    /// longer than the best known tour at 0, 0.7 % at 0.3 and 0.4 % at 1.
     /// Kicks for each point: the same tour on any machine and at any number of threads. Tours through 20,000 to 100,000
     /// points are 0.4 to 1.3 % longer than the shortest at 0, 0.2 to 0.7 % at 0.3, and 0.15 to 0.4 % at 1.
     Kicks(f64),
