@@ -80,6 +80,12 @@ fn black() -> Ink {
     Ink { name: "black".into(), color: BLACK }
 }
 
+/// A picture in inks, each with the width of its line, m, and pictures of them.
+struct Separated {
+    tones: Vec<(Tone, f64)>,
+    plates: Vec<Plate>,
+}
+
 /// What every generator is given.
 struct Job<'a> {
     picture: &'a Picture,
@@ -101,7 +107,7 @@ impl Job<'_> {
     }
 
     /// The picture in inks that may overlap, and pictures of them.
-    fn tones(&self) -> Result<(Vec<(Tone, f64)>, Vec<Plate>), RunError> {
+    fn tones(&self) -> Result<Separated, RunError> {
         let tones = match self.color.separation.unwrap_or(Separation::Black) {
             Separation::Black => vec![single(self.picture, &black(), PAPER, &ToneCurve::default())],
             Separation::Cmyk => {
@@ -121,7 +127,7 @@ impl Job<'_> {
         }
         let tones = tones.into_iter().map(|t| Ok((self.line(&t.ink)?, t)));
         let tones: Result<Vec<(Tone, f64)>, RunError> = tones.map(|r| r.map(|(w, t)| (t, w))).collect();
-        Ok((tones?, plates))
+        Ok(Separated { tones: tones?, plates })
     }
 
     /// The picture in a few inks side by side.
@@ -187,7 +193,7 @@ impl Job<'_> {
     }
 
     fn tsp(&self, s: &TspSettings) -> Result<Artwork, RunError> {
-        let (tones, plates) = self.tones()?;
+        let Separated { tones, plates } = self.tones()?;
         let effort = match s.seconds {
             Some(seconds) => Effort::Time(Duration::from_secs_f64(seconds)),
             None => Effort::Kicks(s.kicks),
@@ -198,7 +204,7 @@ impl Job<'_> {
     }
 
     fn dots(&self, count: Option<u32>) -> Result<Artwork, RunError> {
-        let (tones, plates) = self.tones()?;
+        let Separated { tones, plates } = self.tones()?;
         let options = DotOptions { points: count.map(|n| n as usize), ..Default::default() };
         Ok(with(plates, dot_art(&tones, self.sheet, &options, self.sketch.seed)?))
     }
@@ -225,7 +231,7 @@ impl Job<'_> {
     }
 
     fn hatching(&self, s: &HatchingSettings) -> Result<Artwork, RunError> {
-        let (tones, plates) = self.tones()?;
+        let Separated { tones, plates } = self.tones()?;
         let default = HatchOptions::default();
         let options = HatchOptions {
             directions: s.directions as usize,

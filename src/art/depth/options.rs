@@ -19,7 +19,7 @@ pub struct LayeredOptions {
     pub length: f64,
     /// 1 follows the picture's form, less keeps to the stroke's own direction, 0 draws straight lines.
     pub curvature: f64,
-    /// Compactness of the superpixels (see [`SlicOptions`]).
+    /// Compactness of the superpixels (see [`SlicOptions`](crate::art::depth::SlicOptions)).
     pub compactness: f32,
     /// Lines that fill a brush stroke: 1 sets them edge to edge, less leaves paper between.
     pub coverage: f64,
