@@ -46,13 +46,7 @@ impl Default for EdgeOptions {
 
 impl EdgeOptions {
     fn check(&self) -> Result<(), ArtError> {
-        let within = |name, value: f64, low: f64, high: f64, message: &str| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(ArtError::BadOption { name, value, message: message.to_string() })
-            }
-        };
+        let within = ArtError::within;
         within("scale", self.scale, 1e-6, 1.0, "a size on the sheet between 1 um and 1 m")?;
         within("contrast", self.contrast, 1e-3, 10.0, "a contrast of lightness, above 0")?;
         within("continuation", self.continuation, 0.01, 1.0, "a share of the contrast between 0.01 and 1")?;

@@ -21,3 +21,14 @@ pub enum ArtError {
         message: String,
     },
 }
+
+impl ArtError {
+    /// The option must lie in `low..=high`; the message says what would be right.
+    pub(super) fn within(name: &'static str, value: f64, low: f64, high: f64, message: &str) -> Result<(), Self> {
+        if (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(Self::BadOption { name, value, message: message.to_string() })
+        }
+    }
+}

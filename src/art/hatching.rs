@@ -78,13 +78,7 @@ impl Default for HatchOptions {
 
 impl HatchOptions {
     fn check(&self) -> Result<(), ArtError> {
-        let within = |name, value: f64, low: f64, high: f64, message: &str| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(ArtError::BadOption { name, value, message: message.to_string() })
-            }
-        };
+        let within = ArtError::within;
         within("directions", self.directions as f64, 1.0, 4.0, "one to four directions can be drawn")?;
         within("follow", self.follow, 0.0, 1.0, "0 draws straight lines, 1 follows the picture")?;
         within("flow_scale", self.flow_scale, 1e-4, 1.0, "a size on the sheet between 0.1 mm and 1 m")?;

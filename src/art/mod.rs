@@ -19,6 +19,7 @@ pub mod stipple;
 mod stripes;
 mod tsp;
 mod voronoi;
+mod wash;
 
 pub use brush::{BrushFill, PenBrush};
 pub use dots::{DotOptions, dot_art};

@@ -23,7 +23,8 @@ mod mask;
 mod options;
 mod selection;
 
-use canvas::{Canvas, Wash, perceived, wash};
+use crate::art::wash::Wash;
+use canvas::{Canvas, perceived, wash};
 use flow::Flow;
 use growth::{Candidate, Habits, Layer, Seed};
 use mask::Mask;

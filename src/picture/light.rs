@@ -12,6 +12,11 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
+/// Luminance `Y` of linear light (IEC 61966-2-1 primaries).
+pub(super) fn luminance(p: [f32; 3]) -> f32 {
+    0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]
+}
+
 impl Picture {
     /// A picture of these pixels, row by row; `None` when they don't fill it.
     pub fn from_pixels(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Option<Self> {
@@ -50,10 +55,9 @@ impl Picture {
         self.pixels[row * self.width + column]
     }
 
-    /// Luminance `Y` in linear light (IEC 61966-2-1 primaries).
+    /// Luminance of each pixel.
     pub fn luminance(&self) -> Plane {
-        let y = |p: &[f32; 3]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
-        let values = self.pixels.iter().map(y).collect();
+        let values = self.pixels.iter().map(|p| luminance(*p)).collect();
         Plane::from_values(self.width, self.height, values).unwrap_or_default()
     }
 }

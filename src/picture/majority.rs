@@ -2,7 +2,7 @@
 use rayon::prelude::*;
 
 /// The label that is commonest within `radius` px (a square) of each pixel; its own where none is commoner.
-pub(super) fn majority<T: Copy + PartialEq + Send + Sync>(labels: &[T], width: usize, radius: usize) -> Vec<T> {
+pub fn majority<T: Copy + PartialEq + Send + Sync>(labels: &[T], width: usize, radius: usize) -> Vec<T> {
     let height = labels.len().checked_div(width).unwrap_or(0);
     let mut joined = labels.to_vec();
     if radius == 0 || height == 0 {

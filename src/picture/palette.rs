@@ -6,7 +6,7 @@ use crate::math::srgb_from_linear;
 use crate::picture::cluster::{self, Weighted, nearest};
 use crate::picture::color::{Oklab, linear_from_oklab, oklab_difference2, oklab_from_linear, oklab_from_rgb};
 use crate::picture::color_name::unique_names;
-use crate::picture::{Flat, Ink, Picture};
+use crate::picture::{Flat, Ink, Picture, majority};
 
 /// Most inks of a palette: a [`Flat`] labels them in bytes.
 pub const PALETTE_MAX: usize = 255;
@@ -102,7 +102,7 @@ impl Palette {
         let mut labels: Vec<u8> =
             picture.pixels.par_iter().map(|p| nearest(oklab_from_linear(*p), &colors) as u8).collect();
         for _ in 0..smoothing {
-            let voted = majority(&labels, w, h);
+            let voted = majority(&labels, w, 1);
             if voted == labels {
                 break;
             }
@@ -110,36 +110,6 @@ impl Palette {
         }
         Flat::new(w, h, self.inks.clone(), self.paper(paper), labels)
     }
-}
-
-/// The label that most of the 3 x 3 pixels around each have; its own where it is among the most.
-fn majority(labels: &[u8], w: usize, h: usize) -> Vec<u8> {
-    let mut voted = labels.to_vec();
-    voted.par_chunks_mut(w.max(1)).enumerate().for_each(|(y, row)| {
-        for (x, label) in row.iter_mut().enumerate() {
-            let mut around = [0u8; 9];
-            let mut n = 0;
-            for v in y.saturating_sub(1)..(y + 2).min(h) {
-                let line = &labels[v * w + x.saturating_sub(1)..v * w + (x + 2).min(w)];
-                around[n..n + line.len()].copy_from_slice(line);
-                n += line.len();
-            }
-            let around = &around[..n];
-            let votes = |l: u8| around.iter().filter(|a| **a == l).count();
-            let mut most = (votes(*label), *label);
-            if 2 * most.0 > n {
-                continue;
-            }
-            for &other in around {
-                let count = votes(other);
-                if count > most.0 {
-                    most = (count, other);
-                }
-            }
-            *label = most.1;
-        }
-    });
-    voted
 }
 
 #[cfg(test)]

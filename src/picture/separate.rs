@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::math::Rgb;
 use crate::picture::color::linear_from_rgb;
+use crate::picture::light::luminance;
 use crate::picture::quality::srgb_encoded;
 use crate::picture::{Image, Ink, Picture, PictureError, Plane, Tone};
 
@@ -14,11 +15,6 @@ use crate::picture::{Image, Ink, Picture, PictureError, Plane, Tone};
 pub(super) fn absorption(ink: &Ink, paper: Rgb) -> [f32; 3] {
     let (ink, paper) = (linear_from_rgb(ink.color), linear_from_rgb(paper));
     [0, 1, 2].map(|k| (1.0 - ink[k] / paper[k].max(1e-6)).clamp(0.0, 1.0))
-}
-
-/// Luminance of linear light.
-fn luminance(p: [f32; 3]) -> f32 {
-    0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]
 }
 
 /// What tones give together on paper, whose lines cross as they come. It has the size of the first; without tones there is

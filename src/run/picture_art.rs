@@ -169,23 +169,22 @@ impl Job<'_> {
             (None, Some(model)) => Some(models::labels(model, picture)?),
             (None, None) => None,
         };
-        let estimated = if depth.is_none() || labels.is_none() { Some(estimate(picture)?) } else { None };
-        Ok(match (labels, depth, estimated) {
-            (Some(labels), depth, estimated) => {
-                let depth = depth.or(estimated.map(|e| e.depth().clone())).unwrap_or_default();
-                let table = match &s.segments {
-                    Some(file) => text_of(file)?,
-                    None => "[]".into(),
-                };
-                let table_file = s.segments.as_deref().unwrap_or(Path::new("segments"));
-                Semantics::from_labels(&labels, &table, table_file, &depth)?
-            }
-            (None, Some(depth), Some(estimated)) => estimated.with_depth(&depth)?,
-            (None, _, estimated) => match estimated {
-                Some(estimated) => estimated,
-                None => estimate(picture)?,
-            },
-        })
+        let (labels, depth) = match (labels, depth) {
+            (None, None) => return Ok(estimate(picture)?),
+            (None, Some(depth)) => return Ok(estimate(picture)?.with_depth(&depth)?),
+            (Some(labels), depth) => (labels, depth),
+        };
+        let table = match &s.segments {
+            Some(file) => text_of(file)?,
+            None => "[]".into(),
+        };
+        let table_file = s.segments.as_deref().unwrap_or(Path::new("segments"));
+        if let Some(depth) = depth {
+            return Ok(Semantics::from_labels(&labels, &table, table_file, &depth)?);
+        }
+        let mut semantics = Semantics::from_labels(&labels, &table, table_file, estimate(picture)?.depth())?;
+        semantics.notes.push("depth is an estimate: give a depth image or a model for what is really there".into());
+        Ok(semantics)
     }
 
     fn lines(&self, flat: &Flat) -> Result<Vec<f64>, RunError> {

@@ -10,7 +10,7 @@ use crate::surface::MappingKind;
 
 use super::assets::{AssetKind, Assets};
 use super::check::Check;
-use super::drawing::{DrawingSpec, resolve_drawing};
+use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
 use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
@@ -234,11 +234,9 @@ fn resolve_pen(typed: PenFile, assets: &Assets, folder: &Path, check: &Check) ->
 
 /// A colour key in lower case.
 fn ink_color(ink: &str, check: &Check) -> Result<String, ScenarioError> {
-    let digits = &ink[1..];
-    if digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-        Ok(ink.to_ascii_lowercase())
-    } else {
-        Err(check.sentence(&format!("pen.inks.{ink}"), format!("`{ink}` should be a colour like #20407f")))
+    match parse_color(ink) {
+        Some(_) => Ok(ink.to_ascii_lowercase()),
+        None => Err(check.sentence(&format!("pen.inks.{ink}"), format!("`{ink}` should be a colour like #20407f"))),
     }
 }
 

@@ -1,12 +1,12 @@
 //! Paper under strokes of transparent ink, and how far it still is from the picture.
 use nalgebra::Point2;
 
+use crate::art::wash::{Wash, washed};
 use crate::math::Rgb;
 use crate::picture::{Ink, Picture, linear_from_rgb, oklab_difference2, oklab_from_linear};
 
-/// Share of the paper's light that comes through a full line of ink: the light of a covered place is
-/// `canvas * (1 - cover * (1 - ink / paper))`.
-pub(super) fn through(ink: Rgb, paper: Rgb) -> [f32; 3] {
+/// Share of the paper's light that comes through a full line of ink.
+pub(super) fn through(ink: Rgb, paper: Rgb) -> Wash {
     let (ink, paper) = (linear_from_rgb(ink), linear_from_rgb(paper));
     std::array::from_fn(|k| (ink[k] / paper[k].max(1e-3)).clamp(0.0, 1.0))
 }
@@ -69,7 +69,7 @@ impl Paper {
     pub fn ink(&mut self, through: [f32; 3]) {
         for i in &self.touched {
             let i = *i as usize;
-            self.light[i] = inked(self.light[i], self.cover[i], through);
+            self.light[i] = washed(self.light[i], through, self.cover[i]);
         }
     }
 
@@ -77,10 +77,6 @@ impl Paper {
     pub fn picture(&self) -> Picture {
         Picture::from_pixels(self.width, self.height, self.light.clone()).unwrap_or_default()
     }
-}
-
-fn inked(light: [f32; 3], cover: f32, through: [f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|k| light[k] * (1.0 - cover * (1.0 - through[k])))
 }
 
 /// A canvas `C` on its way to a picture `I`: it knows `|I - C|^2`, in Oklab.
@@ -116,7 +112,7 @@ impl Canvas {
 
     /// By how much a pixel's difference would fall if an ink covered it.
     pub fn wish(&self, pixel: usize, ink: usize) -> f32 {
-        let covered = inked(self.paper.light[pixel], 1.0, self.through[ink]);
+        let covered = washed(self.paper.light[pixel], self.through[ink], 1.0);
         self.difference[pixel] - difference(covered, self.target[pixel])
     }
 
@@ -126,7 +122,7 @@ impl Canvas {
         self.paper.lay(line, line_width);
         let gain = |i: &u32| {
             let i = *i as usize;
-            let after = inked(self.paper.light[i], self.paper.cover[i], self.through[ink]);
+            let after = washed(self.paper.light[i], self.through[ink], self.paper.cover[i]);
             let fall = f64::from(self.difference[i] - difference(after, self.target[i]));
             if fall < 0.0 { harm * fall } else { fall }
         };

@@ -13,9 +13,6 @@ pub enum SemanticsError {
         /// Why.
         source: std::io::Error,
     },
-    /// A label image or a depth image that can't be read.
-    #[error(transparent)]
-    Picture(#[from] crate::picture::PictureError),
     /// A table of segments with a mistake in it.
     #[error("{}:{line}: {message}", file.display())]
     Table {

@@ -5,10 +5,9 @@
 //! doi:10.1109/TPAMI.2014.2345401), and depth is a mixture of the cues that painters use: what is lower in the picture,
 //! stands out and is sharp seems near, what is high up, pale and blurred seems far.
 use crate::art::depth::layered::working_size;
-use crate::art::depth::majority::majority;
-use crate::art::depth::regions::{RegionOptions, regions};
+use crate::art::depth::regions::{RegionOptions, packed, regions};
 use crate::art::depth::{Kind, Segment, Semantics, SemanticsError};
-use crate::picture::{Picture, Plane, oklab_from_linear};
+use crate::picture::{Picture, Plane, majority, oklab_from_linear};
 
 /// Weights of the cues of depth, by how much each speaks for nearness.
 const LOW: f64 = 0.5;
@@ -86,21 +85,6 @@ pub fn estimate(picture: &Picture) -> Result<Semantics, SemanticsError> {
             .to_string(),
     );
     Ok(semantics)
-}
-
-/// The same labels, with no number left out.
-fn packed(labels: &[u16]) -> Vec<u16> {
-    let mut name: Vec<Option<u16>> = vec![None; labels.iter().max().map_or(0, |m| usize::from(*m) + 1)];
-    let mut next = 0;
-    labels
-        .iter()
-        .map(|l| {
-            *name[usize::from(*l)].get_or_insert_with(|| {
-                next += 1;
-                next - 1
-            })
-        })
-        .collect()
 }
 
 /// The picture with its texture blurred away.

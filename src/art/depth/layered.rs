@@ -7,14 +7,13 @@ use std::borrow::Cow;
 
 use nalgebra::Point2;
 
-use crate::art::depth::majority::majority;
 use crate::art::depth::painter::{Painter, Planned, in_order};
 use crate::art::depth::plates::{self, Placed};
 use crate::art::depth::{Kind, LayeredOptions, Semantics};
 use crate::art::{ArtError, Artwork, Sheet};
 use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
 use crate::math::{PAPER, Rgb};
-use crate::picture::{Flat, Picture};
+use crate::picture::{Flat, Picture, majority};
 
 /// Most pixels that strokes are chosen on: a larger picture is made smaller first, as no pen draws so finely.
 const MOST_PIXELS: usize = 1_500_000;

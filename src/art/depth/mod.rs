@@ -8,7 +8,6 @@ mod error;
 mod estimate;
 mod form;
 mod layered;
-mod majority;
 #[cfg(feature = "onnx")]
 mod onnx;
 mod options;

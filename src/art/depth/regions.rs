@@ -43,28 +43,28 @@ pub(super) fn regions(lab: &[[f32; 3]], width: usize, options: &RegionOptions) -
     let height = lab.len().checked_div(width).unwrap_or(0);
     let smallest = ((options.smallest * lab.len() as f64) as u32).max(1);
     let mut forest = grow(lab, width, height, options.scale, smallest);
-    let mut name: Vec<Option<usize>> = vec![None; lab.len()];
-    let mut count = 0;
-    let labels: Vec<usize> = (0..lab.len())
-        .map(|i| {
-            *name[forest.root(i as u32) as usize].get_or_insert_with(|| {
-                count += 1;
-                count - 1
-            })
-        })
-        .collect();
+    let labels = numbered((0..lab.len()).map(|i| forest.root(i as u32) as usize).collect());
+    let count = labels.iter().max().map_or(0, |m| m + 1);
     let merged = merge(lab, width, &labels, count, options);
-    let mut name: Vec<Option<u16>> = vec![None; count];
+    packed(&labels.iter().map(|l| merged[*l]).collect::<Vec<_>>())
+}
+
+/// The same labels, at most 65,536 different ones, numbered in the order in which they come.
+pub(super) fn packed<T: Copy + Into<usize>>(labels: &[T]) -> Vec<u16> {
+    numbered(labels.iter().map(|l| (*l).into()).collect()).into_iter().map(|l| l as u16).collect()
+}
+
+/// Labels numbered in the order in which they come.
+fn numbered(labels: Vec<usize>) -> Vec<usize> {
+    let mut name: Vec<Option<usize>> = vec![None; labels.iter().max().map_or(0, |m| m + 1)];
     let mut next = 0;
-    labels
-        .iter()
-        .map(|l| {
-            *name[merged[*l]].get_or_insert_with(|| {
-                next += 1;
-                next - 1
-            })
+    let number = |l: usize| {
+        *name[l].get_or_insert_with(|| {
+            next += 1;
+            next - 1
         })
-        .collect()
+    };
+    labels.into_iter().map(number).collect()
 }
 
 /// Disjoint sets of pixels, with the threshold below which each still grows.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::art::depth::SemanticsError;
-use crate::picture::{Labels, Plane, read_depth, read_labels};
+use crate::picture::{Labels, Plane};
 
 /// Most segments a picture may have; more are no semantics but noise.
 pub const MAX_SEGMENTS: usize = 4096;
@@ -128,18 +128,6 @@ impl Semantics {
         notes.extend(known.values().map(|s| format!("there is no `{}` in the label image", s.name)));
         let labels = values.iter().map(|v| index[v]).collect();
         Ok(Self { notes, ..Self::new(segments, labels, depth)? })
-    }
-
-    /// The semantics in three files: a label image (grey or palette, 8 or 16 bits, see [`read_labels`]), a table of labels
-    /// (see [`from_labels`](Self::from_labels)) and a depth image (near is bright, see [`read_depth`]).
-    ///
-    /// # Errors
-    /// [`SemanticsError::Picture`] and [`SemanticsError::Io`] for files that can't be read, and those of
-    /// [`from_labels`](Self::from_labels).
-    pub fn read(labels: &Path, table: &Path, depth: &Path) -> Result<Self, SemanticsError> {
-        let text = std::fs::read_to_string(table)
-            .map_err(|source| SemanticsError::Io { file: table.to_path_buf(), source })?;
-        Self::from_labels(&read_labels(labels)?, &text, table, &read_depth(depth)?)
     }
 
     /// The same segments with another depth map, which is resampled to their size where it differs.

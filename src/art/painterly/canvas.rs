@@ -1,18 +1,16 @@
 //! The working canvas: light on paper under transparent inks, and how far it is from the wished picture.
 use rayon::prelude::*;
 
+use crate::art::wash::{Wash, washed};
 use crate::math::{PAPER, Rgb, linear_from_srgb};
 use crate::picture::{Oklab, Picture, oklab_difference2, oklab_from_linear};
 
-/// A difference of hue disturbs more than Oklab's plain distance says, because a palette of few inks can match lightness by
-/// mixing but not hue: `a` and `b` weigh this much.
+/// A difference of hue disturbs more than [`oklab_difference2`] says, because a palette of few inks can match lightness by
+/// mixing but not hue: `a` and `b` are stretched by this before they are compared.
 const CHROMA: f32 = 1.5;
 
 /// The darkest linear light of an ink that covers all of the paper, so that an absorbance stays finite.
 const DARKEST: f64 = 1e-4;
-
-/// What an ink at full coverage lets through of red, green and blue, in linear light.
-pub(super) type Wash = [f32; 3];
 
 /// The wash of an ink: `ink / paper` in linear light, at most 1. Inks are transparent: their absorbances add, so one over
 /// another multiplies.
@@ -23,15 +21,10 @@ pub(super) fn wash(ink: Rgb) -> Wash {
     })
 }
 
-/// Oklab of linear light, with `a` and `b` weighed by [`CHROMA`].
+/// Oklab of linear light, with `a` and `b` stretched by [`CHROMA`].
 pub(super) fn perceived(light: [f32; 3]) -> Oklab {
     let [l, a, b] = oklab_from_linear(light);
     [l, CHROMA * a, CHROMA * b]
-}
-
-/// Light after a wash that covers this share of a place.
-pub(super) fn washed(light: [f32; 3], wash: Wash, coverage: f32) -> [f32; 3] {
-    std::array::from_fn(|k| light[k] * (1.0 - coverage * (1.0 - wash[k])))
 }
 
 /// The canvas `C` and the wished picture `I` of equation 4.1.
