@@ -69,8 +69,13 @@ pub enum RunError {
     #[error(transparent)]
     Ink(#[from] InkError),
     /// A picture makes no strokes.
-    #[error(transparent)]
-    Art(#[from] ArtError),
+    #[error("{}: {source}", picture.display())]
+    Art {
+        /// The picture.
+        picture: PathBuf,
+        /// Why not.
+        source: ArtError,
+    },
     /// Segments or depth can't be used.
     #[error(transparent)]
     Semantics(#[from] SemanticsError),

@@ -43,7 +43,7 @@ pub(super) fn make(spec: &PictureSpec, sketch: &Sketch, progress: &dyn Progress)
         (Some(w), Some(h)) => Size::Fit(w, h),
     };
     let (width, height) = size.resolve(1e-3 * picture.width() as f64, 1e-3 * picture.height() as f64)?;
-    let job = Job { picture: &picture, sheet: Sheet { width, height }, color: &spec.color, sketch };
+    let job = Job { file: &spec.file, picture: &picture, sheet: Sheet { width, height }, color: &spec.color, sketch };
     let artwork = match &spec.generator {
         Generator::Tsp(s) => job.tsp(s)?,
         Generator::Stipple(s) => job.dots(s.dots)?,
@@ -58,7 +58,7 @@ pub(super) fn make(spec: &PictureSpec, sketch: &Sketch, progress: &dyn Progress)
                 min_length: s.min_length_mm * 1e-3,
                 ..Default::default()
             };
-            edges(&picture, job.sheet, job.line(&ink)?, &ink, &options)?
+            job.made(edges(&picture, job.sheet, job.line(&ink)?, &ink, &options))?
         }
     };
     for note in &artwork.notes {
@@ -88,6 +88,7 @@ struct Separated {
 
 /// What every generator is given.
 struct Job<'a> {
+    file: &'a Path,
     picture: &'a Picture,
     sheet: Sheet,
     color: &'a ColorSettings,
@@ -95,6 +96,11 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// What was made of the picture, or the mistake with the picture's name.
+    fn made<T>(&self, result: Result<T, ArtError>) -> Result<T, RunError> {
+        result.map_err(|source| RunError::Art { picture: self.file.to_path_buf(), source })
+    }
+
     /// Width of an ink's line, m: its pen's.
     fn line(&self, ink: &Ink) -> Result<f64, RunError> {
         Ok(cast::ink_pen(&ink.name, ink.color, &self.sketch.pen)?.width_nominal)
@@ -153,7 +159,7 @@ impl Job<'_> {
             Separation::Black => with_paper(vec![black()]),
         };
         let flat = palette.flatten(self.picture, PaperRule::LightestIfNearWhite, SMOOTHING);
-        flat.ok_or_else(|| ArtError::NothingToDraw { reason: "the picture has no colours".into() }.into())
+        self.made(flat.ok_or_else(|| ArtError::NothingToDraw { reason: "the picture has no colours".into() }))
     }
 
     /// What is where, and how near: from files, from models, or estimated.
@@ -199,13 +205,13 @@ impl Job<'_> {
         };
         let points = s.points.map(|n| n as usize);
         let options = TspOptions { points, closed: s.closed, effort, ..TspOptions::default() };
-        Ok(with(plates, tsp_art(&tones, self.sheet, &options, self.sketch.seed)?))
+        Ok(with(plates, self.made(tsp_art(&tones, self.sheet, &options, self.sketch.seed))?))
     }
 
     fn dots(&self, count: Option<u32>) -> Result<Artwork, RunError> {
         let Separated { tones, plates } = self.tones()?;
         let options = DotOptions { points: count.map(|n| n as usize), ..Default::default() };
-        Ok(with(plates, dot_art(&tones, self.sheet, &options, self.sketch.seed)?))
+        Ok(with(plates, self.made(dot_art(&tones, self.sheet, &options, self.sketch.seed))?))
     }
 
     fn painterly(&self, s: &PainterlySettings) -> Result<Artwork, RunError> {
@@ -218,7 +224,7 @@ impl Job<'_> {
         };
         let radii = s.brushes_mm.iter().map(|mm| 0.5e-3 * mm).collect();
         let options = PainterlyOptions { strokes: s.strokes as usize, radii, ..PainterlyOptions::style(style) };
-        Ok(painterly(&flat, self.picture, self.sheet, &self.lines(&flat)?, &options, self.sketch.seed)?)
+        self.made(painterly(&flat, self.picture, self.sheet, &self.lines(&flat)?, &options, self.sketch.seed))
     }
 
     fn layered_depth(&self, s: &LayeredDepthSettings) -> Result<Artwork, RunError> {
@@ -226,7 +232,7 @@ impl Job<'_> {
         let semantics = self.semantics(s)?;
         let options = LayeredOptions { strokes: s.strokes as usize, ..Default::default() };
         let lines = self.lines(&flat)?;
-        Ok(layered_depth(&flat, self.picture, &semantics, self.sheet, &lines, &options, self.sketch.seed)?)
+        self.made(layered_depth(&flat, self.picture, &semantics, self.sheet, &lines, &options, self.sketch.seed))
     }
 
     fn hatching(&self, s: &HatchingSettings) -> Result<Artwork, RunError> {
@@ -240,7 +246,7 @@ impl Job<'_> {
             edges: default.edges.filter(|_| s.edges),
             ..default
         };
-        Ok(with(plates, hatching(&tones, self.picture, self.sheet, &options, self.sketch.seed)?))
+        Ok(with(plates, self.made(hatching(&tones, self.picture, self.sheet, &options, self.sketch.seed))?))
     }
 }
 
