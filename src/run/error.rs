@@ -1,5 +1,6 @@
 //! Why a run couldn't be done.
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::art::ArtError;
 use crate::art::depth::SemanticsError;
@@ -94,6 +95,9 @@ pub enum RunError {
     /// The record can't be written.
     #[error(transparent)]
     Record(#[from] RecordFileError),
+    /// What trials share couldn't be made, as the first of them found.
+    #[error("{0}")]
+    Shared(Arc<RunError>),
     /// Figures can't be written as JSON.
     #[error("figures can't be written: {0}")]
     Json(#[from] serde_json::Error),

@@ -3,6 +3,7 @@
 mod artwork;
 mod cast;
 mod error;
+mod evaluate;
 mod options;
 mod picture_art;
 mod pictures;
@@ -27,6 +28,7 @@ use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
 use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
+pub use evaluate::{Cache, evaluate};
 pub use progress::{Progress, Silent};
 
 use artwork::Made;
@@ -136,19 +138,8 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     }
 
     let record = make_record(scenario, &cast, &plan, progress)?;
-    let options = options::twin_options(scenario);
-    metrics.digest = Some(record.digest.clone());
-    metrics.sim = Some(SimMetrics::of(&record, options.plant));
-    metrics.contact = Some(ContactMetrics::of(&record));
     progress.stage("measuring", None);
-    // the wished line lies where the drawing falls on the true canvas
-    let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
-    let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
-    metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
-        width_error_p90: width_error(&wished, &record.ink, 0.9),
-        ..LineMetrics::of(&fit, &record.ink)
-    });
-
+    measured(scenario, &cast, &record, &mut metrics)?;
     metrics.image = Some(drawn.likenesses.metrics(Some(&record.ink))?);
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
@@ -245,6 +236,21 @@ fn make_plan(
     let options = options::plan_options(scenario, &cast.pens);
     let mut hear = |share: f64| progress.advance((share * PARTS) as u64);
     Ok(plan::plan(0, &arm.model, &arm.home, &arm.service, mapped, &cast.belief, &obstacles, &options, &mut hear)?)
+}
+
+/// The figures of what was drawn, but for pictures.
+fn measured(scenario: &Scenario, cast: &Cast, record: &Record, metrics: &mut Metrics) -> Result<(), RunError> {
+    metrics.digest = Some(record.digest.clone());
+    metrics.sim = Some(SimMetrics::of(record, scenario.sim.plant));
+    metrics.contact = Some(ContactMetrics::of(record));
+    // the wished line lies where the drawing falls on the true canvas
+    let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
+    let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
+    metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
+        width_error_p90: width_error(&wished, &record.ink, 0.9),
+        ..LineMetrics::of(&fit, &record.ink)
+    });
+    Ok(())
 }
 
 fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Progress) -> Result<Record, RunError> {

@@ -13,6 +13,8 @@ pub enum AssetKind {
     Scene,
     /// `scenarios/`
     Scenario,
+    /// `scenarios/experiments/`
+    Experiment,
 }
 
 impl AssetKind {
@@ -23,6 +25,7 @@ impl AssetKind {
             AssetKind::Pen => "pens",
             AssetKind::Scene => "scenes",
             AssetKind::Scenario => "scenarios",
+            AssetKind::Experiment => "scenarios/experiments",
         }
     }
 
@@ -33,6 +36,7 @@ impl AssetKind {
             AssetKind::Pen => "pen",
             AssetKind::Scene => "scene",
             AssetKind::Scenario => "scenario",
+            AssetKind::Experiment => "experiment",
         }
     }
 }

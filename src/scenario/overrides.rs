@@ -1,4 +1,5 @@
 //! `--set key=value`: changes of a scenario from outside the file.
+use serde::Serialize;
 use toml::{Table, Value};
 
 /// One `--set key=value`: a dotted key and a TOML value. A value that isn't TOML is taken as a string, so that
@@ -48,6 +49,14 @@ fn keys_of(key: &str) -> Option<Vec<String>> {
 }
 
 impl Override {
+    /// The override that gives `key`, dotted, a value of data, as experiments do. The error says what is wrong with the key or
+    /// why TOML has no such value.
+    pub fn new(key: &str, value: &impl Serialize) -> Result<Self, String> {
+        let keys = keys_of(key).ok_or_else(|| format!("`{key}` is not a dotted key"))?;
+        let value = Value::try_from(value).map_err(|e| format!("`{key}` can't have this value: {e}"))?;
+        Ok(Self { text: format!("{key}={value}"), keys, value })
+    }
+
     /// The dotted key.
     pub fn key(&self) -> String {
         self.keys.join(".")
