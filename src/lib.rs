@@ -11,6 +11,7 @@ pub mod art;
 pub mod config;
 pub mod control;
 pub mod drawing;
+pub mod experiment;
 pub mod ink;
 pub mod math;
 pub mod measure;

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use crate::experiment::Shard;
 use crate::scenario::Override;
 
 /// Draws pictures with a simulated robot arm and a pen that leaves ink where it really touches.
@@ -57,6 +58,35 @@ pub(super) enum Command {
         #[arg(long)]
         schema: bool,
     },
+    /// Run an experiment: many trials of a scenario, summed up with intervals, tables and plots.
+    Experiment {
+        /// An experiment: a file, or the name of one in scenarios/experiments/.
+        experiment: PathBuf,
+        /// Folder for the results; out/experiments/NAME when absent.
+        #[arg(short, long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Trials of each case at each point of the grid, in place of the file's number.
+        #[arg(long, value_name = "N")]
+        trials: Option<u64>,
+        /// Do a share of the trials, as 3/10; `calamus merge` puts the shares together.
+        #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true)]
+        shard: Shard,
+        /// Go on where an earlier run was stopped.
+        #[arg(long)]
+        resume: bool,
+        /// Do this trial alone and print its row; with --out, also write everything that `run` writes.
+        #[arg(long, value_name = "K", conflicts_with_all = ["shard", "resume"])]
+        trial: Option<u64>,
+    },
+    /// Put the shares of an experiment together and sum them up.
+    Merge {
+        /// Folders that `calamus experiment --shard` wrote.
+        #[arg(required = true, value_name = "DIR")]
+        folders: Vec<PathBuf>,
+        /// Folder for the results.
+        #[arg(short, long, value_name = "DIR")]
+        out: PathBuf,
+    },
     /// List what there is to use.
     List {
         /// What to list.
@@ -85,6 +115,8 @@ pub(super) enum Listed {
     Scenes,
     /// Scenarios.
     Scenarios,
+    /// Experiments.
+    Experiments,
     /// Pens.
     Pens,
 }

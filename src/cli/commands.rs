@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use crate::experiment::ExperimentError;
 use crate::report::{OutputDir, OutputError, summary};
 use crate::run::{self, Outcome, RunError, Until};
 use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, ScenarioFile, Sketch};
 
 use super::Ending;
 use super::args::{Args, Command, Job, Listed};
+use super::experiments;
 use super::print::{self, Printer};
 use super::progress::listener;
 
@@ -25,6 +27,8 @@ pub(super) enum CommandError {
     Output(#[from] OutputError),
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
     #[error("--threads {count}: {source}")]
     Threads { count: u16, source: rayon::ThreadPoolBuildError },
     #[error("standard output: {0}")]
@@ -46,6 +50,14 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
         Command::Draw(job) => draw(args, job),
         Command::Check { schema: true, .. } => schema(),
         Command::Check { scenario, sets, .. } => check(scenario.as_deref().unwrap_or(Path::new("")), sets),
+        Command::Experiment { experiment, out, trials, shard, resume, trial } => {
+            let task = experiments::Task { file: experiment, out: out.as_deref(), trials: *trials, shard: *shard };
+            match trial {
+                Some(index) => experiments::replay(args, &task, *index),
+                None => experiments::experiment(args, &task, *resume),
+            }
+        }
+        Command::Merge { folders, out } => experiments::merge(args, folders, out),
         Command::List { kind } => list(*kind),
     }
 }
@@ -126,6 +138,7 @@ fn list(kind: Listed) -> Result<Ending, CommandError> {
         Listed::Robots => AssetKind::Robot,
         Listed::Scenes => AssetKind::Scene,
         Listed::Scenarios => AssetKind::Scenario,
+        Listed::Experiments => AssetKind::Experiment,
         Listed::Pens => AssetKind::Pen,
     };
     let assets = Assets::seen_from(Path::new(".")).list(kind);
@@ -146,12 +159,16 @@ fn tell(args: &Args, outcome: &Outcome) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The file that was typed, or the scenario of that name.
 fn scenario_file(typed: &Path) -> Result<PathBuf, CommandError> {
+    asset_file(AssetKind::Scenario, typed)
+}
+
+/// The file that was typed, or the asset of that name.
+pub(super) fn asset_file(kind: AssetKind, typed: &Path) -> Result<PathBuf, CommandError> {
     match typed.to_str() {
         Some(name) if !typed.exists() && !name.contains('/') && typed.extension().is_none() => {
             let here = Path::new(".");
-            Assets::seen_from(here).find(AssetKind::Scenario, name, here).map_err(CommandError::Missing)
+            Assets::seen_from(here).find(kind, name, here).map_err(CommandError::Missing)
         }
         _ => Ok(typed.to_path_buf()),
     }

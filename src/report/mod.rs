@@ -1,8 +1,8 @@
 //! Files that a person or a program reads.
 
 mod drawing_svg;
-
-pub use drawing_svg::drawing_svg;
+mod figure;
+mod html;
 mod output;
 mod page;
 mod plan_file;
@@ -12,8 +12,12 @@ mod record_file;
 mod sample;
 mod summary;
 
+pub use drawing_svg::drawing_svg;
+pub use figure::{Figure, FigureError, heat_color};
+pub use html::{document, escape};
 pub use output::{OutputDir, OutputError};
 pub use page::{Page, report_html};
 pub use plan_file::{plan_json, plan_npy};
+pub use plot::{Frame, Plot, WIDTH, series_color};
 pub use record_file::{RecordFileError, write_record};
 pub use summary::{duration, metrics_json, summary};

@@ -5,10 +5,9 @@ use crate::measure::{MetricPath, Metrics};
 use crate::plan::SegmentKind;
 use crate::twin::{ArmRecord, EventKind, Record};
 
+use super::html::{document, escape};
 use super::plot::Plot;
 use super::summary::duration;
-
-const STYLE: &str = include_str!("page.css");
 
 /// What a page is made of.
 pub struct Page<'a> {
@@ -30,13 +29,9 @@ pub struct Page<'a> {
 
 /// The page as text.
 pub fn report_html(page: &Page) -> String {
-    let mut html = String::new();
-    let title = escape(page.title);
-    let _ = write!(
-        html,
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header><h1>{title}</h1><p>{}</p><p>Calamus {} &middot; seed {}{}</p></header>\n",
+    let mut html = format!(
+        "<header><h1>{}</h1><p>{}</p><p>Calamus {} &middot; seed {}{}</p></header>\n",
+        escape(page.title),
         escape(page.description),
         escape(&page.metrics.calamus_version),
         page.metrics.seed,
@@ -57,26 +52,10 @@ pub fn report_html(page: &Page) -> String {
     html += &files(page.files);
     let _ = write!(
         html,
-        "<h2>Scenario</h2>\n<details><summary>every setting of this run</summary>\n<pre>{}</pre></details>\n</body>\n</html>\n",
+        "<h2>Scenario</h2>\n<details><summary>every setting of this run</summary>\n<pre>{}</pre></details>\n",
         escape(page.scenario_toml)
     );
-    html
-}
-
-/// Text that may stand in HTML, in attributes too.
-fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            '\'' => safe += "&#39;",
-            c => safe.push(c),
-        }
-    }
-    safe
+    document(page.title, &html)
 }
 
 /// The few figures one looks at first.

@@ -1,0 +1,98 @@
+//! What is kept of one trial.
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::measure::{MetricPath, Metrics};
+use crate::run::RunError;
+
+use super::spec::Trial;
+
+/// How a trial ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// It was drawn and measured.
+    #[default]
+    Ok,
+    /// It couldn't be: the reason stands beside it.
+    Failed,
+}
+
+/// One trial: a line of the journal, a row of the results. Nothing in it depends on the computer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Index of the trial in the experiment, from 0.
+    pub trial: u64,
+    /// Name of its case; empty when there are no cases.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub case: String,
+    /// Index of its point of the grid.
+    pub cell: u64,
+    /// Which of the trials of its case and cell it is.
+    pub repeat: u64,
+    /// The scenario's seed.
+    pub seed: u64,
+    /// Values on the axes of the grid, by dotted key.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub axes: BTreeMap<String, Value>,
+    /// Values drawn for this trial, by dotted key.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub draws: BTreeMap<String, Value>,
+    /// How it ended.
+    pub status: Status,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reason: String,
+    /// Digest of the final state and of the drawing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+    /// Its figures, by dotted path.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub metrics: BTreeMap<String, f64>,
+}
+
+/// Whether a figure is kept of trials: those about the computer's time would differ from run to run, and trials have no pictures.
+pub(super) fn kept(path: &str) -> bool {
+    let of_computer = path.ends_with(".duration_s") || path == "sim.wall_s" || path == "sim.real_time_factor";
+    let of_pictures = path.starts_with("render.") || path.starts_with("image.");
+    !of_computer && !of_pictures
+}
+
+impl Row {
+    /// The row of a trial that came out so.
+    pub(super) fn new(trial: &Trial, case: &str, outcome: Result<Metrics, RunError>) -> Self {
+        let row = Row {
+            trial: trial.index,
+            case: case.to_string(),
+            cell: trial.cell,
+            repeat: trial.repeat,
+            seed: trial.seed,
+            axes: trial.axes.clone(),
+            draws: trial.draws.clone(),
+            ..Row::default()
+        };
+        match outcome {
+            Ok(metrics) => {
+                let json = serde_json::to_value(&metrics).unwrap_or_default();
+                let figure = |m: &MetricPath| {
+                    let value = json.pointer(&format!("/{}", m.path.replace('.', "/")))?.as_f64()?;
+                    kept(m.path).then(|| (m.path.to_string(), value))
+                };
+                let metrics_of_trial = MetricPath::ALL.iter().filter_map(figure).collect();
+                Row { digest: metrics.digest, metrics: metrics_of_trial, ..row }
+            }
+            Err(error) => {
+                let reason = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+                Row { status: Status::Failed, reason, ..row }
+            }
+        }
+    }
+
+    /// Whether it was drawn and measured.
+    pub fn is_ok(&self) -> bool {
+        self.status == Status::Ok
+    }
+}
