@@ -1,5 +1,6 @@
-//! Triangle meshes: smooth normals, closest-point and ray queries, file formats and generated shapes.
+//! Triangle meshes and point clouds: smooth normals, closest-point and ray queries, file formats and generated shapes.
 
+mod cloud;
 mod crease;
 mod file;
 mod obj;
@@ -10,5 +11,6 @@ mod stl;
 mod triangle;
 mod trimesh;
 
-pub use file::{MeshFileError, read, write};
+pub use cloud::{PointCloud, read_cloud};
+pub use file::{MeshFileError, ply_bytes, read, write};
 pub use trimesh::{MeshError, SurfacePoint, TriMesh};
