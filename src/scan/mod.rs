@@ -78,7 +78,8 @@ pub fn scan_canvas(
         let prior = Prior { distance: options.calibration, angle: options.calibration_angle };
         let thin: Vec<Cloud> = views.iter().map(|v| v.downsampled(REGISTER_VOXEL)).collect();
         // views may be apart by what the calibration may be off, and by noise
-        let distance = poses.iter().map(|p| (p.translation.vector - nominal_sheet.world_from_sheet.translation.vector).norm());
+        let distance =
+            poses.iter().map(|p| (p.translation.vector - nominal_sheet.world_from_sheet.translation.vector).norm());
         let reach = 0.004 + 4.0 * (prior.distance + prior.angle * distance.fold(0.0, f64::max));
         let moves = register(&thin, &eyes, prior, reach, REGISTER_RADIUS);
         for ((view, motion), eye) in views.iter_mut().zip(&moves).zip(&eyes) {
@@ -142,12 +143,11 @@ fn build(
     }
     let cloud = if options.voxel > 0.0 { cloud.downsampled(options.voxel) } else { cloud };
     let wish = Wish { triangle: options.triangle, radius: options.radius, hole: options.hole };
-    let Built { mesh, normals, noise, radius, loops } = reconstruct(&cloud, sheet, wish)?;
+    let Built { mesh, cloud, noise, radius, loops } = reconstruct(&cloud, sheet, wish)?;
     let canvas = Canvas { name: name.to_string(), mesh, sheet: sheet.clone() };
     if Projection::new(&canvas).to_surface(&Point2::origin()).is_none() {
         return Err(ScanError::NoSurface);
     }
-    let cloud = PointCloud { points: cloud.points, normals, colors: vec![] };
     let report = ScanReport { measured, cloud, noise, radius, boundary_loops: loops, registered_by: 0.0 };
     Ok((BelievedCanvas(canvas), report))
 }

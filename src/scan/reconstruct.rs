@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use super::ScanError;
 use super::cloud::{Cloud, spacing};
-use super::fit::{Foot, PointSurface};
+use super::fit::PointSurface;
 use super::kdtree::KdTree;
 use super::nets::{Net, surface_net};
 use super::normals::normals;
 use super::patch;
 use crate::math::stats::quantile;
-use crate::mesh::{MeshError, TriMesh};
+use crate::mesh::{MeshError, PointCloud, TriMesh};
 use crate::surface::SheetFrame;
 
 /// Rounds of evening out the triangles on the surface.
@@ -42,7 +42,8 @@ pub(super) struct Wish {
 #[derive(Clone, Debug)]
 pub(super) struct Built {
     pub mesh: TriMesh,
-    pub normals: Vec<Vector3<f64>>,
+    /// The points that the mesh was fitted to, with their normals.
+    pub cloud: PointCloud,
     /// Spread of the points about the surface, m.
     pub noise: f64,
     /// Radius of the neighbourhoods, m.
@@ -61,14 +62,21 @@ pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, wish: Wish) -> Resu
     let first = PointSurface { cloud, tree: &tree, normals: &coarse, radius: least };
     let noise = noise(&first);
     let radius = wish.radius.unwrap_or_else(|| (least + RADIUS_NOISE * noise).min(RADIUS_MOST * least));
+    // where much is averaged, a seventh of the neighbourhood is fine enough; weights keep count of the measurements
+    let thin = cloud.downsampled((radius / 7.0).max(1e-9));
+    let cloud = if thin.len() < cloud.len() { &thin } else { cloud };
+    let tree = KdTree::new(&cloud.points);
     let normals = normals(cloud, &tree, radius);
     let surface = PointSurface { cloud, tree: &tree, normals: &normals, radius };
 
     // a cell is a little smaller than its triangles' mean edge: a quad's diagonal is longer
     let cell = (wish.triangle / 1.1).max(gap);
+    // the net only gives the topology
+    let coarse = Coarse::new(cloud, &normals, 0.7 * cell);
     let layers = ((0.5 * wish.hole / cell).ceil() as i64).clamp(1, 6);
     let reach = cell * (layers as f64 + 2.0) * 3f64.sqrt();
-    let mut net = surface_net(&cloud.points, cell, layers, |x| surface.signed_distance(x, reach))?;
+    let mut net =
+        surface_net(&cloud.points, cell, layers, |x| coarse.surface(radius.min(3.0 * cell)).signed_distance(x, reach))?;
     // a triangle is borne out when points are no farther from its corners than from one to the next
     let near = (0.75 * cell).max(1.5 * gap);
     let borne_out: Vec<bool> = net.vertices.par_iter().map(|v| tree.nearest(v, near).is_some()).collect();
@@ -88,7 +96,29 @@ pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, wish: Wish) -> Resu
         MeshError::NotFinite { index } => ScanError::NotFinite { index },
         _ => ScanError::NoSurface,
     })?;
-    Ok(Built { mesh, normals, noise, radius, loops })
+    let cloud = PointCloud { points: cloud.points.clone(), normals, colors: vec![] };
+    Ok(Built { mesh, cloud, noise, radius, loops })
+}
+
+/// A thinned-out cloud with the normals of a finer one.
+struct Coarse {
+    cloud: Cloud,
+    normals: Vec<Vector3<f64>>,
+    tree: KdTree,
+}
+
+impl Coarse {
+    fn new(fine: &Cloud, normals: &[Vector3<f64>], voxel: f64) -> Self {
+        // normals travel in place of the directions to the eye
+        let marked = Cloud { toward_eye: normals.to_vec(), ..fine.clone() };
+        let cloud = marked.downsampled(voxel);
+        let tree = KdTree::new(&cloud.points);
+        Self { normals: cloud.toward_eye.clone(), cloud, tree }
+    }
+
+    fn surface(&self, radius: f64) -> PointSurface<'_> {
+        PointSurface { cloud: &self.cloud, tree: &self.tree, normals: &self.normals, radius }
+    }
 }
 
 /// Refuses clouds without extent in two directions.
@@ -96,7 +126,8 @@ fn check_extent(cloud: &Cloud, triangle: f64) -> Result<(), ScanError> {
     let n = cloud.len().max(1) as f64;
     let mean = cloud.points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / n;
     let spread: nalgebra::Matrix3<f64> =
-        cloud.points.iter().map(|p| (p.coords - mean) * (p.coords - mean).transpose()).sum::<nalgebra::Matrix3<f64>>() / n;
+        cloud.points.iter().map(|p| (p.coords - mean) * (p.coords - mean).transpose()).sum::<nalgebra::Matrix3<f64>>()
+            / n;
     let mut extents: Vec<f64> = spread.symmetric_eigenvalues().iter().map(|e| e.max(0.0).sqrt()).collect();
     extents.sort_by(f64::total_cmp);
     // an even line of length l has a deviation of l / sqrt(12)
@@ -137,19 +168,17 @@ fn even_out(net: &mut Net, surface: &PointSurface) {
             .map(|v| {
                 let (p, n) = (vertices[v], normals[v]);
                 let friends = if on_boundary[v] { &along[v] } else { &near[v] };
-                let mean = friends.iter().map(|&w| vertices[w as usize].coords).sum::<Vector3<f64>>() / friends.len() as f64;
+                let mean =
+                    friends.iter().map(|&w| vertices[w as usize].coords).sum::<Vector3<f64>>() / friends.len() as f64;
                 let step = (mean - p.coords) * PULL;
                 let q = p + (step - n * n.dot(&step));
-                // the last round looks along the fitted normal, not along the mesh's
-                let foot = surface.foot(&q, &n);
-                let foot = if round + 1 == ROUNDS { foot.map(|f| better(surface, f)) } else { foot };
-                foot.map_or(p + step, |f| f.position)
+                // sliding along the mesh hardly leaves the surface, so the fit can wait for the last rounds
+                if round + 2 < ROUNDS {
+                    return q;
+                }
+                surface.foot(&q, &n).map_or(p + step, |f| f.position)
             })
             .collect();
         net.vertices = moved;
     }
-}
-
-fn better(surface: &PointSurface, foot: Foot) -> Foot {
-    surface.foot(&foot.position, &foot.normal).unwrap_or(foot)
 }
