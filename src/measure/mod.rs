@@ -1,11 +1,13 @@
 //! Figures of a run, from what was drawn and felt, never from the plan.
 
 mod figures;
+mod laid;
 mod line;
 mod metrics;
 mod segments;
 mod width;
 
+pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics,

@@ -2,6 +2,7 @@
 
 mod artwork;
 mod cast;
+mod distortion;
 mod error;
 mod options;
 mod picture_art;
@@ -13,17 +14,17 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::control::ImpedanceController;
-use crate::drawing::svg_write;
+use crate::drawing::{Drawing, svg_write};
 use crate::ink::{RasterOptions, rasterise};
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
+    ContactMetrics, DrawingMetrics, Laid, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
     width_error,
 };
 use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{Scenario, Sketch};
-use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
+use crate::surface::{Canvas, FlattenReport, Mapping, StretchField, SurfaceDrawing, map_drawing, mapping_of};
 use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
@@ -31,6 +32,7 @@ pub use progress::{Progress, Silent};
 
 use artwork::Made;
 use cast::Cast;
+use distortion::distortion_picture;
 use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
@@ -106,12 +108,18 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     progress.stage("mapping", None);
     let cast = Cast::load(scenario, made.drawing.clone(), drawn.pens.clone())?;
     let started = Instant::now();
-    let mapping = Projection::new(&cast.belief);
-    let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+    let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
+    let mapped = map_drawing(&cast.drawing, mapping.as_ref(), scenario.plan.step_mm * 1e-3)?;
     let seconds = started.elapsed().as_secs_f64();
-    metrics.mapping = Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds));
+    let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
+    let distortion = field.distortion();
+    let flips = flattened.as_ref().map(|f| f.chart.flips);
+    metrics.mapping =
+        Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds).with(distortion.as_ref(), flips));
+    let laid = Laid::new(mapping.kind(), &cast.drawing, &mapped, &field, flattened.as_ref());
     if until == Until::Mapping {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
         let text = serde_json::to_vec(&mapped)?;
         written.other(out.write("mapped.json", &text)?, "Wished contact points and normals on the canvas, m, world");
         return finish(metrics, written, out);
@@ -120,6 +128,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     drawn.write(&made, out, &mut written)?;
+    write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
     let reach = planned.reach;
     let plan = Plan { arms: vec![planned.plan] };
     metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));
@@ -135,14 +144,15 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
-    let record = make_record(scenario, &cast, &plan, progress)?;
+    let (true_mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let record = make_record(scenario, &cast, &plan, true_mapping.as_ref(), progress)?;
     let options = options::twin_options(scenario);
     metrics.digest = Some(record.digest.clone());
     metrics.sim = Some(SimMetrics::of(&record, options.plant));
     metrics.contact = Some(ContactMetrics::of(&record));
     progress.stage("measuring", None);
     // the wished line lies where the drawing falls on the true canvas
-    let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
+    let wished = map_drawing(&cast.drawing, true_mapping.as_ref(), MEASURE_STEP)?;
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
     metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
         width_error_p90: width_error(&wished, &record.ink, 0.9),
@@ -247,16 +257,45 @@ fn make_plan(
     Ok(plan::plan(0, &arm.model, &arm.home, &arm.service, mapped, &cast.belief, &obstacles, &options, &mut hear)?)
 }
 
-fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Progress) -> Result<Record, RunError> {
+/// The scenario's mapping of the drawing's sheet onto a canvas, and what came of flattening it.
+fn mapping_onto(
+    scenario: &Scenario,
+    cast: &Cast,
+    canvas: &Canvas,
+) -> Result<(Box<dyn Mapping>, Option<FlattenReport>), RunError> {
+    let sheet = [cast.drawing.width, cast.drawing.height];
+    Ok(mapping_of(canvas, scenario.canvas.mapping, sheet, &scenario.canvas.conformal)?)
+}
+
+/// Writes how the canvas stretches the drawing.
+fn write_laid(
+    laid: &Laid,
+    field: &StretchField,
+    drawing: &Drawing,
+    out: &OutputDir,
+    written: &mut Written,
+) -> Result<(), RunError> {
+    let json = serde_json::to_vec_pretty(laid)?;
+    written.other(out.write("distortion.json", &json)?, "How the canvas stretches the drawing, and what was mended");
+    let png = distortion_picture(field, drawing)?.to_png(None)?;
+    written.picture(out.write("distortion.png", &png)?, "How the canvas stretches the drawing: areas, and angles");
+    Ok(())
+}
+
+fn make_record(
+    scenario: &Scenario,
+    cast: &Cast,
+    plan: &Plan,
+    mapping: &dyn Mapping,
+    progress: &dyn Progress,
+) -> Result<Record, RunError> {
     progress.stage("simulating", Some((plan.duration() * 1e3) as u64));
     let arms = cast.cell.arms.iter().map(|arm| TwinArm {
         model: arm.model.clone(),
         controller: ImpedanceController::new(arm.model.clone(), options::control_options(scenario)),
         start: arm.home,
     });
-    let mapping = Projection::new(&cast.truth);
-    let world =
-        Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping: &mapping, pens: &cast.pens };
+    let world = Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping, pens: &cast.pens };
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
     let mut hear = |time: f64| progress.advance((time * 1e3) as u64);
     Ok(simulate(arms.collect(), plan, &world, &colors, &options::twin_options(scenario), &mut hear)?)

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::surface::MappingKind;
+use crate::surface::{FlattenOptions, MappingKind};
 
 use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
@@ -210,6 +210,8 @@ pub struct CanvasFile {
     pub belief: BeliefKind,
     /// Moves the drawing right and up on the sheet, mm.
     pub offset_mm: [f64; 2],
+    /// How a conformal map is made.
+    pub conformal: FlattenOptions,
 }
 
 /// `[pen]`.

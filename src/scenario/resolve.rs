@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{self, ConfigError};
 use crate::measure::MetricPath;
-use crate::surface::MappingKind;
+use crate::surface::{FlattenOptions, MappingKind};
 
 use super::assets::{AssetKind, Assets};
 use super::check::Check;
@@ -46,6 +46,8 @@ pub struct CanvasSpec {
     pub belief: BeliefKind,
     /// Moves the drawing right and up on the sheet, mm.
     pub offset_mm: [f64; 2],
+    /// How a conformal map is made.
+    pub conformal: FlattenOptions,
 }
 
 /// What is drawn with.
@@ -192,11 +194,15 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
 
     let stem = || check.file.file_stem().map_or_else(|| "scenario".into(), |s| s.to_string_lossy().into_owned());
     let drawing = resolve_drawing(typed.drawing, &folder, check)?;
-    let CanvasFile { scene, mapping, belief, offset_mm } = typed.canvas;
+    let CanvasFile { scene, mapping, belief, offset_mm, conformal } = typed.canvas;
     let scene = scene.ok_or_else(|| check.sentence("canvas.scene", "`[canvas]` needs a `scene`, as \"hemisphere\""))?;
     for x in offset_mm {
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
+    if let Some(margin) = conformal.margin_mm {
+        check.within("canvas.conformal.margin_mm", margin, 0.0, 10_000.0)?;
+    }
+    check.within("canvas.conformal.bridge_mm", conformal.bridge_mm, 0.0, 10_000.0)?;
     let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
     check_plan(&typed.plan, check)?;
     check_control(&typed.control, check)?;
@@ -209,7 +215,13 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         seed: typed.seed,
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
         drawing,
-        canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
+        canvas: CanvasSpec {
+            scene: asset("canvas.scene", AssetKind::Scene, &scene)?,
+            mapping,
+            belief,
+            offset_mm,
+            conformal,
+        },
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -338,6 +350,7 @@ impl From<Scenario> for ScenarioFile {
                 mapping: s.canvas.mapping,
                 belief: s.canvas.belief,
                 offset_mm: s.canvas.offset_mm,
+                conformal: s.canvas.conformal,
             },
             pen: PenFile {
                 kind: text(s.pen.kind),
