@@ -367,7 +367,11 @@ impl MetricPath {
         metric("drawing.ink_changes", "", "changes of pen that the order of strokes asks for"),
         metric("drawing.estimated_s", "s", "how long a robot takes to draw it, by a rule of thumb"),
         metric("drawing.duration_s", "s", "time the computer took to read or make the strokes"),
-        metric("mapping.angle_error_mean", "deg", "the most that a right angle of the sheet changes on the canvas, mean of all places"),
+        metric(
+            "mapping.angle_error_mean",
+            "deg",
+            "the most that a right angle of the sheet changes on the canvas, mean of all places",
+        ),
         metric("mapping.angle_error_p95", "deg", "the same; 95 % of the drawing is better than this"),
         metric(
             "mapping.area_ratio_p05",

@@ -57,9 +57,7 @@ pub fn letters(text: &str) -> impl Iterator<Item = (u32, u32)> + '_ {
     text.chars().zip(0..).flat_map(|(c, place)| {
         let columns = CHARACTERS.chars().position(|k| k == c).map_or([0; 5], |at| COLUMNS[at]);
         (0..5).flat_map(move |x| {
-            (0..HEIGHT)
-                .filter(move |y| columns[x as usize] >> y & 1 == 1)
-                .map(move |y| (place * ADVANCE + x, y))
+            (0..HEIGHT).filter(move |y| columns[x as usize] >> y & 1 == 1).map(move |y| (place * ADVANCE + x, y))
         })
     })
 }

@@ -37,7 +37,10 @@ struct Page {
 
 /// Two panels side by side, the sheet as it lies before the artist: area on the canvas by area on the sheet, and the most
 /// that right angles change; the drawing's lines on both, a legend under each. Grey: no surface.
-pub(super) fn distortion_picture(field: &StretchField, drawing: &Drawing) -> Result<Image, crate::picture::PictureError> {
+pub(super) fn distortion_picture(
+    field: &StretchField,
+    drawing: &Drawing,
+) -> Result<Image, crate::picture::PictureError> {
     let figures = field.distortion().unwrap_or_default();
     let log_area = figures.area_ratio_p95.max(1e-9).ln().abs().max(figures.area_ratio_p05.max(1e-9).ln().abs());
     let log_area = if log_area.is_finite() { log_area.clamp(LEAST_LOG_AREA, 3.0) } else { LEAST_LOG_AREA };
@@ -57,13 +60,21 @@ pub(super) fn distortion_picture(field: &StretchField, drawing: &Drawing) -> Res
     page.panel(right, [w, h], field, drawing, angle_color);
     let top = GAP + h + 18;
     let bar = w.max(360);
-    page.legend([GAP, top], bar, "area on the canvas by area on the sheet", |t| diverging(2.0 * t - 1.0), |t| {
-        format!("{:.2}", ((2.0 * t - 1.0) * log_area).exp())
-    });
+    page.legend(
+        [GAP, top],
+        bar,
+        "area on the canvas by area on the sheet",
+        |t| diverging(2.0 * t - 1.0),
+        |t| format!("{:.2}", ((2.0 * t - 1.0) * log_area).exp()),
+    );
     let digits = if angle < 1.0 { 2 } else { 1 };
-    page.legend([right, top], bar, "largest change of right angles, degrees", |t| mix(WHITE, VIOLET, t), |t| {
-        format!("{:.digits$}", t * angle)
-    });
+    page.legend(
+        [right, top],
+        bar,
+        "largest change of right angles, degrees",
+        |t| mix(WHITE, VIOLET, t),
+        |t| format!("{:.digits$}", t * angle),
+    );
     Image::new(width, height, page.rgb)
 }
 
@@ -95,9 +106,8 @@ impl Page {
             }
         }
         let mut inked = vec![false; w as usize * h as usize];
-        let place = |p: &Point2<f64>| {
-            ((p.x / drawing.width + 0.5) * f64::from(w), (0.5 - p.y / drawing.height) * f64::from(h))
-        };
+        let place =
+            |p: &Point2<f64>| ((p.x / drawing.width + 0.5) * f64::from(w), (0.5 - p.y / drawing.height) * f64::from(h));
         for stroke in drawing.layers.iter().flat_map(|l| &l.strokes) {
             for pair in stroke.points.windows(2) {
                 let ((ax, ay), (bx, by)) = (place(&pair[0]), place(&pair[1]));

@@ -215,3 +215,75 @@ impl Mapping for ConformalMap {
         "conformal"
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::mesh::shapes::{self, Bumps};
+    use crate::surface::{Projection, SheetFrame, StretchField};
+
+    fn column() -> Canvas {
+        let bumps = Bumps { amplitude: 0.003, wavelength: 0.14 };
+        let mesh = shapes::column(0.15, 0.4, &bumps, 0.006).unwrap();
+        let turn = crate::math::frame_from_axes(&-Vector3::x(), &-Vector3::y());
+        let world_from_sheet = Pose::from_parts(nalgebra::Translation3::new(-0.2, 0.0, 0.2), turn);
+        Canvas { name: "column".into(), mesh, sheet: SheetFrame { world_from_sheet } }
+    }
+
+    #[test]
+    fn squares_stay_square_where_projection_stretches_them() {
+        let sheet = [0.2, 0.2];
+        let (map, report) = ConformalMap::new(&column(), sheet, &FlattenOptions::default()).unwrap();
+        assert!(report.mended.is_empty() && report.chart.flips == 0, "{report:?}");
+        let projection = Projection::new(&column());
+        let side = |mapping: &dyn Mapping, a: Point2<f64>, b: Point2<f64>| {
+            let at = |i: i32| mapping.to_surface(&(a + (b - a) * (f64::from(i) / 100.0))).unwrap().position;
+            (0..100).map(|i| (at(i + 1) - at(i)).norm()).sum::<f64>() / (b - a).norm() - 1.0
+        };
+        let worst = |mapping: &dyn Mapping| {
+            let at = |i: i32, j: i32| Point2::new(f64::from(2 * i - 7) / 70.0, f64::from(2 * j - 7) / 70.0);
+            let sides =
+                (0..7).flat_map(|i| (0..=7).flat_map(move |j| [(at(i, j), at(i + 1, j)), (at(j, i), at(j, i + 1))]));
+            sides.map(|(a, b)| side(mapping, a, b).abs()).fold(0.0, f64::max)
+        };
+        let (ours, theirs) = (worst(&map), worst(&projection));
+        assert!(ours < 0.02 && theirs > 0.2, "{ours} {theirs}");
+        let skew = |mapping: &dyn Mapping| StretchField::of(mapping, sheet).distortion().unwrap();
+        assert!(skew(&map).angle_error_mean < 0.2, "{:?}", skew(&map));
+        assert!(skew(&projection).angle_error_p95 > 5.0, "{:?}", skew(&projection));
+    }
+
+    #[test]
+    fn the_drawing_lies_upright_under_the_sheet_and_true_to_size() {
+        let canvas = column();
+        let (map, _) = ConformalMap::new(&canvas, [0.1, 0.1], &FlattenOptions::default()).unwrap();
+        let at = |x: f64, y: f64| map.to_surface(&Point2::new(x, y)).unwrap().position;
+        let seen = Projection::new(&canvas).to_surface(&Point2::origin()).unwrap().position;
+        assert!((at(0.0, 0.0) - seen).norm() < 1e-6);
+        let up = at(0.0, 0.004) - at(0.0, -0.004);
+        assert!((up.norm() / 0.008 - 1.0).abs() < 0.02);
+        let right = canvas.sheet.world_from_sheet * Vector3::x();
+        assert!((up.dot(&right) / up.norm()).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_drawing_larger_than_the_chart_is_told_how_large_it_may_be() {
+        let new = |sheet| ConformalMap::new(&column(), sheet, &FlattenOptions::default());
+        let Err(FlattenError::TooLarge { most_width_mm, most_height_mm, .. }) = new([0.3, 0.6]) else {
+            panic!("is refused")
+        };
+        assert!((380.0..400.0).contains(&most_height_mm), "{most_height_mm}");
+        assert!(new([0.95e-3 * most_width_mm, 0.95e-3 * most_height_mm]).is_ok());
+        assert!(matches!(new([0.0, 0.1]), Err(FlattenError::BadSize { .. })));
+    }
+
+    #[test]
+    fn points_off_the_patch_have_no_place_in_the_chart() {
+        let (map, _) = ConformalMap::new(&column(), [0.1, 0.1], &FlattenOptions::default()).unwrap();
+        assert!(map.to_sheet(&Point3::new(-0.16, 0.0, 0.2)).is_some());
+        assert!(map.to_sheet(&Point3::new(0.15, 0.0, 0.2)).is_none());
+        assert!(map.to_sheet(&Point3::new(-0.15, 0.0, 0.39)).is_none());
+        assert!(map.to_sheet(&Point3::new(f64::NAN, 0.0, 0.39)).is_none());
+    }
+}
