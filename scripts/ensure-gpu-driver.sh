@@ -1,15 +1,12 @@
 #!/bin/sh
-# Sees to it that the 3D views have a driver: a Vulkan or GL one that is there, or Debian's software driver when root or
-# a passwordless sudo lets us install it. Never fails: without a driver everything but the views is still made.
+# Sees to it that the 3D views have a driver: a Vulkan one that is there (Debian's GL drivers may lack float targets), or
+# Debian's software driver when root or a passwordless sudo lets us install it. Never fails: without a driver everything but the views is still made.
 
 has_driver() {
     for folder in /usr/share/vulkan/icd.d /etc/vulkan/icd.d; do
         for file in "$folder"/*.json; do
             [ -e "$file" ] && return 0
         done
-    done
-    for folder in /usr/lib /usr/lib64 /usr/lib/*-linux-gnu; do
-        [ -e "$folder/libEGL.so.1" ] && [ -d "$folder/dri" ] && return 0
     done
     return 1
 }
@@ -26,7 +23,7 @@ if command -v apt-get >/dev/null 2>&1; then
     fi
 fi
 if [ "$run" != none ]; then
-    echo "no graphics driver: installing mesa-vulkan-drivers for the 3D views" >&2
+    echo "no Vulkan driver: installing mesa-vulkan-drivers for the 3D views" >&2
     limit=
     command -v timeout >/dev/null 2>&1 && limit='timeout 180'
     # the variables hold words, not names: they are meant to be split
@@ -34,5 +31,5 @@ if [ "$run" != none ]; then
     $run env DEBIAN_FRONTEND=noninteractive $limit apt-get -qq -y -o DPkg::Lock::Timeout=60 install --no-install-recommends \
         mesa-vulkan-drivers libvulkan1 >/dev/null 2>&1
 fi
-has_driver || echo "no graphics driver: going on without 3D views (install mesa-vulkan-drivers to have them)" >&2
+has_driver || echo "no Vulkan driver: 3D views may be missing (install mesa-vulkan-drivers to have them)" >&2
 exit 0

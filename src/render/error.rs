@@ -4,9 +4,9 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// There is no graphics adapter, not even a software one.
+    /// There is no graphics adapter that can render the views, not even a software one.
     #[error(
-        "no graphics adapter: for 3D views install a software driver (Debian: apt-get install mesa-vulkan-drivers)"
+        "no graphics adapter that can render: for 3D views install a software driver (Debian: apt-get install mesa-vulkan-drivers)"
     )]
     NoAdapter,
     /// The adapter refused to work.

@@ -1,6 +1,7 @@
 //! The graphics device: found without a window, fed with buffers, read back by rows.
 use std::sync::{Arc, Mutex, mpsc};
 
+use super::passes::{DEPTH, GEOMETRY, HDR, OCCLUSION, PICTURE};
 use super::{Pixels, RenderError};
 
 /// Largest buffer that every adapter takes, bytes.
@@ -15,7 +16,10 @@ pub(super) struct Gpu {
     failure: Arc<Mutex<Option<String>>>,
 }
 
-/// The best adapter of some interfaces.
+/// What is rendered into. A driver that can't, as an old GL one without float targets, is as good as none.
+const TARGETS: [wgpu::TextureFormat; 5] = [HDR, GEOMETRY, OCCLUSION, DEPTH, PICTURE];
+
+/// The best adapter of some interfaces, if it can render what the passes need.
 fn adapter_of(backends: wgpu::Backends) -> Option<wgpu::Adapter> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends,
@@ -25,7 +29,12 @@ fn adapter_of(backends: wgpu::Backends) -> Option<wgpu::Adapter> {
     });
     let options =
         wgpu::RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
-    pollster::block_on(instance.request_adapter(&options)).ok()
+    let adapter = pollster::block_on(instance.request_adapter(&options)).ok()?;
+    let renders = |format| {
+        let usages = adapter.get_texture_format_features(format).allowed_usages;
+        usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT)
+    };
+    TARGETS.into_iter().all(renders).then_some(adapter)
 }
 
 impl Gpu {
