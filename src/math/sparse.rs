@@ -51,13 +51,9 @@ impl<T: ComplexField> Cholesky<T> {
             .map_err(|_| SparseError::Shape { size })?;
         drop(entries);
         let memory = |_| SparseError::Memory { size };
-        let symbolic = factorize_symbolic_cholesky(
-            matrix.symbolic(),
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            Default::default(),
-        )
-        .map_err(|_| SparseError::Memory { size })?;
+        let symbolic =
+            factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, Default::default())
+                .map_err(|_| SparseError::Memory { size })?;
         let mut values = Vec::new();
         values.try_reserve_exact(symbolic.len_val()).map_err(|_| SparseError::Memory { size })?;
         values.resize(symbolic.len_val(), T::zero_impl());

@@ -43,8 +43,7 @@ pub(super) fn boundary_first(patch: &Patch) -> Result<Vec<Point2<f64>>, FlatErro
     };
     let scale = extend(vec![0.0; n], &|i| -laplacian.curvature[i]);
     let flux = laplacian.times(&scale);
-    let turns: Vec<f64> =
-        patch.boundary.iter().map(|&b| laplacian.curvature[b as usize] + flux[b as usize]).collect();
+    let turns: Vec<f64> = patch.boundary.iter().map(|&b| laplacian.curvature[b as usize] + flux[b as usize]).collect();
     let lengths: Vec<f64> = (0..patch.boundary.len()).map(|i| patch.boundary_length(i)).collect();
     let curve = closed_curve(&lengths, &turns);
 

@@ -95,13 +95,8 @@ fn mend(patch: &Patch, flat: &mut [Point2<f64>], mut flipped: Vec<u32>) {
             }
         }
         for _ in 1..rings {
-            let grown: Vec<u32> = patch
-                .triangles
-                .iter()
-                .filter(|t| t.iter().any(|i| region[*i as usize]))
-                .flatten()
-                .copied()
-                .collect();
+            let grown: Vec<u32> =
+                patch.triangles.iter().filter(|t| t.iter().any(|i| region[*i as usize])).flatten().copied().collect();
             for i in grown {
                 region[i as usize] = true;
             }

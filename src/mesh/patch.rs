@@ -142,11 +142,7 @@ impl Patch {
         let Triangle { a, b, c } = Triangle::of(&self.vertices, &self.triangles[triangle]);
         let (u, v) = (b - a, c - a);
         let length = u.norm();
-        [
-            Point2::origin(),
-            Point2::new(length, 0.0),
-            Point2::new(u.dot(&v) / length, u.cross(&v).norm() / length),
-        ]
+        [Point2::origin(), Point2::new(length, 0.0), Point2::new(u.dot(&v) / length, u.cross(&v).norm() / length)]
     }
 }
 

@@ -5,8 +5,8 @@ use nalgebra::{Point3, Vector3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 
-use super::cloud::PointCloud;
 use super::TriMesh;
+use super::cloud::PointCloud;
 use super::file::{FormatError, RawMesh};
 use super::polygon::triangulate;
 use crate::math::Rgb;

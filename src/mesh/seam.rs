@@ -119,8 +119,7 @@ pub(super) fn cut_to_disc(sheet: &mut Sheet, anchor: usize) -> f64 {
 /// One half-edge of each glued edge that no shortest way from the anchor crosses.
 fn cut_locus(sheet: &Sheet, anchor: usize) -> Vec<u32> {
     let count = sheet.triangles.len();
-    let centers: Vec<_> =
-        sheet.triangles.iter().map(|t| Triangle::of(&sheet.vertices, t).at([1.0 / 3.0; 3])).collect();
+    let centers: Vec<_> = sheet.triangles.iter().map(|t| Triangle::of(&sheet.vertices, t).at([1.0 / 3.0; 3])).collect();
     let mut reached = vec![false; count];
     let mut crossed = vec![false; 3 * count];
     let mut heap = BinaryHeap::from([Reached { distance: 0.0, triangle: anchor as u32, by: NONE }]);

@@ -163,9 +163,7 @@ impl DepthCamera {
             .collect();
         // the mean of w * w numbers has a deviation of 1 / w
         let scale = self.noise_px / w as f64;
-        (0..rows * columns)
-            .map(|i| (0..w).map(|k| along[i + k * columns]).sum::<f64>() * scale)
-            .collect()
+        (0..rows * columns).map(|i| (0..w).map(|k| along[i + k * columns]).sum::<f64>() * scale).collect()
     }
 }
 
@@ -232,12 +230,14 @@ mod tests {
 
     #[test]
     fn what_is_hidden_near_or_grazing_is_not_seen() {
-        let camera = DepthCamera { dropout: 0.0, mismatches: 0.0, noise_px: 0.0, size_px: [80, 60], ..Default::default() };
+        let camera =
+            DepthCamera { dropout: 0.0, mismatches: 0.0, noise_px: 0.0, size_px: [80, 60], ..Default::default() };
         let wall = wall();
         assert!(camera.take(&[&wall], &from_above(0.5), &from_above(0.5), 1, 0).is_empty(), "below the least range");
         let low = look_at(&Point3::new(-0.9, 0.0, 0.08), &Point3::origin(), &Vector3::z()).unwrap();
         assert!(camera.take(&[&wall], &low, &low, 1, 0).is_empty(), "at 85 degrees");
-        let plate = shapes::cuboid(&Vector3::new(0.2, 0.2, 0.01), 0.2).unwrap().transformed(&Pose::translation(0.0, 0.0, 0.1));
+        let plate =
+            shapes::cuboid(&Vector3::new(0.2, 0.2, 0.01), 0.2).unwrap().transformed(&Pose::translation(0.0, 0.0, 0.1));
         let pose = from_above(0.7);
         let behind = |c: &Cloud| c.points.iter().filter(|p| p.z < 0.05 && p.x.abs() < 0.09 && p.y.abs() < 0.09).count();
         assert!(behind(&camera.take(&[&wall], &pose, &pose, 1, 0)) > 100);

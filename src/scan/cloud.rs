@@ -153,7 +153,8 @@ mod tests {
         assert_eq!(small.len(), 100);
         assert!((small.weight.iter().sum::<f64>() - 2500.0).abs() < 1e-9);
         let centre = |c: &Cloud| {
-            c.points.iter().zip(&c.weight).map(|(p, w)| p.coords * *w).sum::<Vector3<f64>>() / c.weight.iter().sum::<f64>()
+            c.points.iter().zip(&c.weight).map(|(p, w)| p.coords * *w).sum::<Vector3<f64>>()
+                / c.weight.iter().sum::<f64>()
         };
         assert!((centre(&cloud) - centre(&small)).norm() < 1e-12);
     }

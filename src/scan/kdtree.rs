@@ -96,8 +96,7 @@ impl KdTree {
             return;
         }
         let gap = p[n.axis as usize] - n.split;
-        let (near, far) =
-            if gap <= 0.0 { (node + 1, n.upper as usize) } else { (n.upper as usize, node + 1) };
+        let (near, far) = if gap <= 0.0 { (node + 1, n.upper as usize) } else { (n.upper as usize, node + 1) };
         self.search(near, p, k, radius2, best);
         let reach2 = if best.len() == k { best[k - 1].0 } else { radius2 };
         if gap * gap <= reach2 {
@@ -117,7 +116,8 @@ fn build(points: &[Point3<f64>], index: &mut [u32], from: usize, nodes: &mut Vec
         return;
     }
     let first = points[index[0] as usize];
-    let (low, high) = index.iter().map(|&i| points[i as usize]).fold((first, first), |(l, h), p| (l.inf(&p), h.sup(&p)));
+    let (low, high) =
+        index.iter().map(|&i| points[i as usize]).fold((first, first), |(l, h), p| (l.inf(&p), h.sup(&p)));
     let axis = (high - low).imax();
     let middle = index.len() / 2;
     let by = |a: &u32, b: &u32| points[*a as usize][axis].total_cmp(&points[*b as usize][axis]).then(a.cmp(b));

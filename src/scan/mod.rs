@@ -78,7 +78,8 @@ pub fn scan_canvas(
         let prior = Prior { distance: options.calibration, angle: options.calibration_angle };
         let thin: Vec<Cloud> = views.iter().map(|v| v.downsampled(REGISTER_VOXEL)).collect();
         // views may be apart by what the calibration may be off, and by noise
-        let distance = poses.iter().map(|p| (p.translation.vector - nominal_sheet.world_from_sheet.translation.vector).norm());
+        let distance =
+            poses.iter().map(|p| (p.translation.vector - nominal_sheet.world_from_sheet.translation.vector).norm());
         let reach = 0.004 + 4.0 * (prior.distance + prior.angle * distance.fold(0.0, f64::max));
         let moves = register(&thin, &eyes, prior, reach, REGISTER_RADIUS);
         for ((view, motion), eye) in views.iter_mut().zip(&moves).zip(&eyes) {

@@ -17,8 +17,7 @@ pub(super) struct Net {
 }
 
 /// Corners of a cell, as bits x y z.
-const CORNERS: [[i64; 3]; 8] =
-    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]];
+const CORNERS: [[i64; 3]; 8] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]];
 /// Edges of a cell, as pairs of corners.
 const EDGES: [[usize; 2]; 12] =
     [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
@@ -54,7 +53,8 @@ pub(super) fn surface_net(
             for [i, j] in EDGES {
                 let (a, b) = (values[i], values[j]);
                 if (a < 0.0) != (b < 0.0) {
-                    let (p, q) = (Vector3::from(CORNERS[i].map(|k| k as f64)), Vector3::from(CORNERS[j].map(|k| k as f64)));
+                    let (p, q) =
+                        (Vector3::from(CORNERS[i].map(|k| k as f64)), Vector3::from(CORNERS[j].map(|k| k as f64)));
                     sum += p + (q - p) * (a / (a - b));
                     count += 1.0;
                 }

@@ -129,7 +129,12 @@ impl ScanOptions {
             check("field_of_view", angle, angle > 0.0 && angle < 3.0, "above 0 and below 3 rad")?;
         }
         check("baseline", c.baseline, c.baseline > 0.0, "above 0 m")?;
-        check("range", c.range[0], c.range[0] > 0.0 && c.range[0] < c.range[1] && c.range[1].is_finite(), "two rising depths")?;
+        check(
+            "range",
+            c.range[0],
+            c.range[0] > 0.0 && c.range[0] < c.range[1] && c.range[1].is_finite(),
+            "two rising depths",
+        )?;
         check("noise_px", c.noise_px, c.noise_px >= 0.0, "0 px or more")?;
         check("window_px", c.window_px as f64, c.window_px <= 99, "at most 99 px")?;
         check("disparity_step_px", c.disparity_step_px, c.disparity_step_px >= 0.0, "0 px or more")?;
@@ -137,7 +142,12 @@ impl ScanOptions {
         check("mismatches", c.mismatches, (0.0..=1.0).contains(&c.mismatches), "from 0 to 1")?;
         check("grazing", c.grazing, c.grazing > 0.0 && c.grazing < 1.571, "above 0 and below a right angle")?;
         check("calibration", self.calibration, (0.0..=1.0).contains(&self.calibration), "from 0 to 1 m")?;
-        check("calibration_angle", self.calibration_angle, (0.0..=1.0).contains(&self.calibration_angle), "from 0 to 1 rad")?;
+        check(
+            "calibration_angle",
+            self.calibration_angle,
+            (0.0..=1.0).contains(&self.calibration_angle),
+            "from 0 to 1 rad",
+        )?;
         if let Viewpoints::Around { count, distance, slant } = &self.views {
             check("count", *count as f64, (1..=32).contains(count), "from 1 to 32 views")?;
             check("distance", *distance, *distance > 0.0 && *distance <= 100.0, "above 0 and at most 100 m")?;

@@ -123,7 +123,9 @@ pub(super) fn one_piece(net: &mut Net, wished: impl Fn(&Point3<f64>) -> f64) {
         .triangles
         .iter()
         .enumerate()
-        .map(|(t, corners)| (corners.iter().map(|&v| wished(&net.vertices[v as usize])).fold(f64::INFINITY, f64::min), t))
+        .map(|(t, corners)| {
+            (corners.iter().map(|&v| wished(&net.vertices[v as usize])).fold(f64::INFINITY, f64::min), t)
+        })
         .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let Some((_, best)) = best else { return };
     let kept = pieces.find(best as u32);

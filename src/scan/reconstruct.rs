@@ -96,7 +96,8 @@ fn check_extent(cloud: &Cloud, triangle: f64) -> Result<(), ScanError> {
     let n = cloud.len().max(1) as f64;
     let mean = cloud.points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / n;
     let spread: nalgebra::Matrix3<f64> =
-        cloud.points.iter().map(|p| (p.coords - mean) * (p.coords - mean).transpose()).sum::<nalgebra::Matrix3<f64>>() / n;
+        cloud.points.iter().map(|p| (p.coords - mean) * (p.coords - mean).transpose()).sum::<nalgebra::Matrix3<f64>>()
+            / n;
     let mut extents: Vec<f64> = spread.symmetric_eigenvalues().iter().map(|e| e.max(0.0).sqrt()).collect();
     extents.sort_by(f64::total_cmp);
     // an even line of length l has a deviation of l / sqrt(12)
@@ -137,7 +138,8 @@ fn even_out(net: &mut Net, surface: &PointSurface) {
             .map(|v| {
                 let (p, n) = (vertices[v], normals[v]);
                 let friends = if on_boundary[v] { &along[v] } else { &near[v] };
-                let mean = friends.iter().map(|&w| vertices[w as usize].coords).sum::<Vector3<f64>>() / friends.len() as f64;
+                let mean =
+                    friends.iter().map(|&w| vertices[w as usize].coords).sum::<Vector3<f64>>() / friends.len() as f64;
                 let step = (mean - p.coords) * PULL;
                 let q = p + (step - n * n.dot(&step));
                 // the last round looks along the fitted normal, not along the mesh's

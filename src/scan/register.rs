@@ -32,7 +32,13 @@ pub(super) struct Prior {
 /// and it spreads what all views share evenly over them.
 ///
 /// `reach` (m) is how far apart two views of one place may be, `radius` (m) the size of the neighbourhoods of their normals.
-pub(super) fn register(views: &[Cloud], eyes: &[Point3<f64>], prior: Prior, reach: f64, radius: f64) -> Vec<Isometry3<f64>> {
+pub(super) fn register(
+    views: &[Cloud],
+    eyes: &[Point3<f64>],
+    prior: Prior,
+    reach: f64,
+    radius: f64,
+) -> Vec<Isometry3<f64>> {
     let n = views.len();
     let mut moves = vec![Isometry3::identity(); n];
     if n < 2 || prior.distance <= 0.0 && prior.angle <= 0.0 {
@@ -53,7 +59,13 @@ pub(super) fn register(views: &[Cloud], eyes: &[Point3<f64>], prior: Prior, reac
                     let (j, _) = trees[b].nearest(&(b_from_world * p), reach)?;
                     let normal = moves[b] * planes[b][j];
                     let same = normal.dot(&(moves[a] * planes[a][i])) >= SAME_SIDE;
-                    same.then(|| Link { from: a, to: b, p, normal, gap: normal.dot(&(p - moves[b] * views[b].points[j])) })
+                    same.then(|| Link {
+                        from: a,
+                        to: b,
+                        p,
+                        normal,
+                        gap: normal.dot(&(p - moves[b] * views[b].points[j])),
+                    })
                 };
                 (0..views[a].len()).step_by(step).filter_map(link).collect()
             })
