@@ -30,9 +30,15 @@ pub(super) fn chart(experiment: &Experiment, spec: &PlotSpec, rows: &[Row]) -> F
 
 /// A range with air at both ends, and from 0 where 0 is near.
 fn aired(low: f64, high: f64) -> (f64, f64) {
-    let air = 0.06 * (high - low).max(1e-9 * high.abs()).max(1e-300);
-    let floor = if low >= 0.0 && low < 0.5 * high { 0.0 } else { low - air };
-    (floor, high + air)
+    let span = high - low;
+    let air = match (span > 1e-9 * high.abs(), high != 0.0) {
+        (true, _) => 0.06 * span,
+        // one value: room to see that it is one
+        (false, true) => 0.1 * high.abs(),
+        (false, false) => 1.0,
+    };
+    let from_zero = low == 0.0 || (low > 0.0 && low < 0.5 * high);
+    (if from_zero { 0.0 } else { low - air }, high + air)
 }
 
 /// Ticks of an axis whose values aren't numbers: their words.
@@ -235,6 +241,13 @@ mod tests {
             Row { trial: i, case, cell: t.cell, repeat: t.repeat, axes: t.axes, metrics, ..Row::default() }
         };
         (0..experiment.total()).map(row).collect()
+    }
+
+    #[test]
+    fn axes_begin_at_zero_where_it_is_near() {
+        assert_eq!([aired(0.0, 0.0), aired(2.0, 2.0)], [(0.0, 1.0), (1.8, 2.2)]);
+        assert_eq!((aired(0.2, 1.0).0, aired(0.0, 1.0).0), (0.0, 0.0));
+        assert!(aired(0.9, 1.0).0 > 0.89 && aired(-1.0, 1.0).0 < -1.0);
     }
 
     #[test]

@@ -106,7 +106,7 @@ mod tests {
             interval(&Estimate { n: 2, mean, sd: 0.0, median: mean, low, high, min: mean, max: mean })
         };
         assert_eq!(of(0.022_47, Some(0.0213), Some(0.0241)), "0.0225 ± 0.0014");
-        assert_eq!(of(3.443, Some(3.4356), Some(3.4513)), "3.4430 ± 0.0079");
+        assert_eq!(of(3.443, Some(3.4356), Some(3.4514)), "3.4430 ± 0.0079");
         assert_eq!(of(1.0, Some(1.0), Some(1.0)), "1.0000 ± 0.0000");
         assert_eq!([of(0.0, None, None), of(2.5, None, None)], ["0", "2.5000"]);
     }
