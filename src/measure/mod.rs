@@ -2,11 +2,13 @@
 
 mod belief;
 mod figures;
+mod laid;
 mod line;
 mod metrics;
 mod segments;
 mod width;
 
+pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,
