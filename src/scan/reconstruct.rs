@@ -23,9 +23,9 @@ const RADIUS_TRIANGLES: f64 = 2.0;
 const RADIUS_SPACINGS: f64 = 4.0;
 /// Neighbourhoods grow by this much for each unit of noise, and to no more than [`RADIUS_MOST`] times their least size: what they
 /// average over, they also flatten.
-const RADIUS_NOISE: f64 = 12.0;
+const RADIUS_NOISE: f64 = 25.0;
 /// See [`RADIUS_NOISE`].
-const RADIUS_MOST: f64 = 2.5;
+const RADIUS_MOST: f64 = 4.0;
 
 /// What is wished of the mesh.
 #[derive(Clone, Copy, Debug)]
@@ -58,27 +58,32 @@ pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, wish: Wish) -> Resu
     let tree = KdTree::new(&cloud.points);
     let gap = spacing(&cloud.points, &tree);
     let least = (RADIUS_TRIANGLES * wish.triangle).max(RADIUS_SPACINGS * gap);
-    let coarse = normals(cloud, &tree, least);
-    let first = PointSurface { cloud, tree: &tree, normals: &coarse, radius: least };
-    let noise = noise(&first);
-    let radius = wish.radius.unwrap_or_else(|| (least + RADIUS_NOISE * noise).min(RADIUS_MOST * least));
-    // where much is averaged, a seventh of the neighbourhood is fine enough; weights keep count of the measurements
-    let thin = cloud.downsampled((radius / 7.0).max(1e-9));
-    let cloud = if thin.len() < cloud.len() { &thin } else { cloud };
-    let tree = KdTree::new(&cloud.points);
-    let normals = normals(cloud, &tree, radius);
-    let surface = PointSurface { cloud, tree: &tree, normals: &normals, radius };
+    // a neighbourhood smaller than the noise sees only a part of it, so the two are found in turns
+    let mut radius = wish.radius.unwrap_or(least);
+    let mut noise = 0.0;
+    let mut thin = Fine::new(cloud, radius);
+    for _ in 0..4 {
+        noise = spread(&thin.surface(radius));
+        let wider = (least + RADIUS_NOISE * noise).min(RADIUS_MOST * least);
+        if wish.radius.is_some() || wider <= radius * 1.05 {
+            break;
+        }
+        radius = wider;
+        thin = Fine::new(cloud, radius);
+    }
+    let Fine { cloud, normals, tree } = &thin;
+    let surface = thin.surface(radius);
 
     // a cell is a little smaller than its triangles' mean edge: a quad's diagonal is longer
     let cell = (wish.triangle / 1.1).max(gap);
     // the net only gives the topology
-    let coarse = Coarse::new(cloud, &normals, 0.7 * cell);
+    let coarse = thin.coarser((0.7 * cell).max(radius / 8.0));
     let layers = ((0.5 * wish.hole / cell).ceil() as i64).clamp(1, 6);
     let reach = cell * (layers as f64 + 2.0) * 3f64.sqrt();
     let mut net =
-        surface_net(&cloud.points, cell, layers, |x| coarse.surface(radius.min(3.0 * cell)).signed_distance(x, reach))?;
-    // a triangle is borne out when points are no farther from its corners than from one to the next
-    let near = (0.75 * cell).max(1.5 * gap);
+        surface_net(&cloud.points, cell, layers, |x| coarse.surface(radius.max(2.5 * cell)).signed_distance(x, reach))?;
+    // a triangle is borne out when points are no farther from its corners than from one to the next, or than they scatter
+    let near = (0.75 * cell).max(1.5 * gap).max(1.5 * noise);
     let borne_out: Vec<bool> = net.vertices.par_iter().map(|v| tree.nearest(v, near).is_some()).collect();
     patch::trim(&mut net, &borne_out, wish.hole);
     let sheet_from_world = sheet.world_from_sheet.inverse();
@@ -96,22 +101,30 @@ pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, wish: Wish) -> Resu
         MeshError::NotFinite { index } => ScanError::NotFinite { index },
         _ => ScanError::NoSurface,
     })?;
-    let cloud = PointCloud { points: cloud.points.clone(), normals, colors: vec![] };
+    let cloud = PointCloud { points: cloud.points.clone(), normals: normals.clone(), colors: vec![] };
     Ok(Built { mesh, cloud, noise, radius, loops })
 }
 
-/// A thinned-out cloud with the normals of a finer one.
-struct Coarse {
+/// A cloud with normals, thinned out as far as its neighbourhoods allow.
+struct Fine {
     cloud: Cloud,
     normals: Vec<Vector3<f64>>,
     tree: KdTree,
 }
 
-impl Coarse {
-    fn new(fine: &Cloud, normals: &[Vector3<f64>], voxel: f64) -> Self {
+impl Fine {
+    /// A seventh of the radius is fine enough where all of a neighbourhood is averaged; weights keep count of the measurements.
+    fn new(all: &Cloud, radius: f64) -> Self {
+        let thin = all.downsampled(radius / 7.0);
+        let cloud = if thin.len() < all.len() { thin } else { all.clone() };
+        let tree = KdTree::new(&cloud.points);
+        Self { normals: normals(&cloud, &tree, radius), cloud, tree }
+    }
+
+    /// Still fewer points, with the mean normals of these.
+    fn coarser(&self, voxel: f64) -> Self {
         // normals travel in place of the directions to the eye
-        let marked = Cloud { toward_eye: normals.to_vec(), ..fine.clone() };
-        let cloud = marked.downsampled(voxel);
+        let cloud = Cloud { toward_eye: self.normals.clone(), ..self.cloud.clone() }.downsampled(voxel);
         let tree = KdTree::new(&cloud.points);
         Self { normals: cloud.toward_eye.clone(), cloud, tree }
     }
@@ -140,7 +153,7 @@ fn check_extent(cloud: &Cloud, triangle: f64) -> Result<(), ScanError> {
 }
 
 /// Median spread of the points about patches fitted to them, m, at some hundred places.
-fn noise(surface: &PointSurface) -> f64 {
+fn spread(surface: &PointSurface) -> f64 {
     let n = surface.cloud.len();
     let places: Vec<usize> = (0..n).step_by(n.div_ceil(300).max(1)).collect();
     let spreads: Vec<f64> = places
