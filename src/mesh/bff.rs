@@ -52,8 +52,6 @@ pub(super) fn boundary_first(patch: &Patch) -> Result<Vec<Point2<f64>>, FlatErro
         x[b as usize] = p.x;
     }
     let x = extend(x, &|_| 0.0);
-    drop(extend);
-    drop(inside);
     // all but one vertex, since y is known but for a constant
     let pinned = patch.boundary[0] as usize;
     let (number, rest) = numbered(n, |i| i != pinned);

@@ -6,6 +6,9 @@ use super::repair::Sheet;
 use super::topology::{NONE, next, start};
 use super::triangle::Triangle;
 
+/// The seam of a closed surface stays farther from the anchor than this share of the way to its farthest vertex.
+const SEAM_REACH: f64 = 0.6;
+
 #[derive(PartialEq)]
 struct Reached {
     distance: f64,
@@ -32,9 +35,9 @@ impl PartialOrd for Reached {
 /// Triangles are reached from the anchor by shortest ways; the edges that no way crosses are the cut locus of the anchor,
 /// and hold everything that makes the surface other than a disc (tree and cotree, D. Eppstein, Dynamic generators of
 /// topologically embedded graphs, SODA 2003). Its dead ends are trimmed off. On a surface without boundary and handles
-/// that is all of it: there its longest path stays.
+/// that is all of it: there the longest path among the places that are far from the anchor stays.
 pub(super) fn cut_to_disc(sheet: &mut Sheet, anchor: usize) -> f64 {
-    let edges = cut_locus(sheet, anchor);
+    let (edges, distance) = cut_locus(sheet, anchor);
     let vertices = sheet.vertices.len();
     let ends = |h: u32| (start(&sheet.triangles, h) as usize, start(&sheet.triangles, next(h)) as usize);
     let length = |h: u32| {
@@ -72,7 +75,9 @@ pub(super) fn cut_to_disc(sheet: &mut Sheet, anchor: usize) -> f64 {
     }
     let mut seam: Vec<u32> = edges.iter().zip(&kept).filter(|(_, k)| **k).map(|(h, _)| *h).collect();
     if seam.is_empty() && !rim.contains(&true) {
-        // the way through the tree from the vertex that is farthest from any, to the one that is farthest from it
+        // the longest way through the tree round the farthest vertex: from any to the farthest, and from that again
+        let farthest = (0..vertices).max_by(|&a, &b| distance[a].total_cmp(&distance[b])).unwrap_or(0);
+        let limit = SEAM_REACH * distance[farthest];
         let far = |from: usize| {
             let mut way: Vec<Option<(f64, u32)>> = vec![None; vertices];
             way[from] = Some((0.0, NONE));
@@ -86,7 +91,7 @@ pub(super) fn cut_to_disc(sheet: &mut Sheet, anchor: usize) -> f64 {
                 for &e in &at[v] {
                     let (a, b) = ends(edges[e as usize]);
                     let other = if a == v { b } else { a };
-                    if way[other].is_none() {
+                    if way[other].is_none() && distance[other] >= limit {
                         way[other] = Some((reached + length(edges[e as usize]), e));
                         stack.push(other);
                     }
@@ -94,8 +99,7 @@ pub(super) fn cut_to_disc(sheet: &mut Sheet, anchor: usize) -> f64 {
             }
             (farthest.1, way)
         };
-        let first = edges.first().map_or(0, |h| ends(*h).0);
-        let (one, _) = far(first);
+        let (one, _) = far(farthest);
         let (mut v, way) = far(one);
         while let Some((_, e)) = way[v] {
             if e == NONE {
@@ -116,12 +120,13 @@ pub(super) fn cut_to_disc(sheet: &mut Sheet, anchor: usize) -> f64 {
     total
 }
 
-/// One half-edge of each glued edge that no shortest way from the anchor crosses.
-fn cut_locus(sheet: &Sheet, anchor: usize) -> Vec<u32> {
+/// One half-edge of each glued edge that no shortest way from the anchor crosses; and about how far each vertex is from it, m.
+fn cut_locus(sheet: &Sheet, anchor: usize) -> (Vec<u32>, Vec<f64>) {
     let count = sheet.triangles.len();
     let centers: Vec<_> = sheet.triangles.iter().map(|t| Triangle::of(&sheet.vertices, t).at([1.0 / 3.0; 3])).collect();
     let mut reached = vec![false; count];
     let mut crossed = vec![false; 3 * count];
+    let mut far = vec![f64::INFINITY; sheet.vertices.len()];
     let mut heap = BinaryHeap::from([Reached { distance: 0.0, triangle: anchor as u32, by: NONE }]);
     while let Some(Reached { distance, triangle, by }) = heap.pop() {
         let t = triangle as usize;
@@ -129,6 +134,9 @@ fn cut_locus(sheet: &Sheet, anchor: usize) -> Vec<u32> {
             continue;
         }
         reached[t] = true;
+        for i in sheet.triangles[t] {
+            far[i as usize] = far[i as usize].min(distance);
+        }
         if by != NONE {
             crossed[by as usize] = true;
             crossed[sheet.gluing.opposite[by as usize] as usize] = true;
@@ -141,10 +149,11 @@ fn cut_locus(sheet: &Sheet, anchor: usize) -> Vec<u32> {
             }
         }
     }
-    (0..3 * count as u32)
+    let uncrossed = (0..3 * count as u32)
         .filter(|&h| {
             let o = sheet.gluing.opposite[h as usize];
             o != NONE && h < o && !crossed[h as usize]
         })
-        .collect()
+        .collect();
+    (uncrossed, far)
 }

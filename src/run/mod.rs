@@ -115,6 +115,9 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     metrics.belief = cast.scan.as_ref().map(scan::Scan::metrics);
     let started = Instant::now();
     let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
+    for sentence in flattened.iter().flat_map(|f| &f.mended) {
+        progress.note(&format!("canvas: {sentence}"));
+    }
     let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3)?;
     let seconds = started.elapsed().as_secs_f64();
     let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
