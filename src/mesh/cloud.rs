@@ -77,7 +77,10 @@ mod tests {
 
     #[test]
     fn mistakes_are_named() {
-        assert!(message(&format!("{HEADER}0 0 0\n0 nan 0\n")).starts_with("a.ply: point 1 is not finite"));
+        let hole = PointCloud { points: vec![Point3::origin(), Point3::new(0.0, f64::NAN, 0.0)], ..Default::default() };
+        let refused = read_bytes(&hole.to_ply()).unwrap_err().to_string();
+        assert!(refused.contains("a.ply: point 1 is not finite"), "{refused}");
+        assert!(message(&format!("{HEADER}0 0 0\n0 nan 0\n")).starts_with("a.ply:"));
         assert!(message(&format!("{HEADER}0 0 0\n0 1e9 0\n")).contains("a scale may be wrong"));
         assert!(message(&HEADER.replace("float y", "float q")).contains("no property y"));
         assert!(message(&HEADER.replace("vertex 2", "vertex 99999999999")).contains("more than the file can hold"));

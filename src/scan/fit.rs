@@ -8,7 +8,7 @@ use crate::math::frame_from_axes;
 /// Fewest points that a curved patch is fitted to: twice its coefficients.
 const FEWEST: usize = 12;
 /// Pull of curvature towards none, as a share of the data's weight: it counts where points lie on one side alone.
-const FLATTENING: f64 = 2e-3;
+const FLATTENING: f64 = 2e-4;
 /// Rounds in which points far off the patch lose their weight.
 const ROBUST_ROUNDS: usize = 2;
 

@@ -189,7 +189,9 @@ fn even_out(net: &mut Net, surface: &PointSurface) {
                 if round + 2 < ROUNDS {
                     return q;
                 }
-                surface.foot(&q, &n).map_or(p + step, |f| f.position)
+                let Some(foot) = surface.foot(&q, &n) else { return p + step };
+                // along the fitted normal it comes out nearer than along the mesh's
+                surface.foot(&foot.position, &foot.normal).unwrap_or(foot).position
             })
             .collect();
         net.vertices = moved;
