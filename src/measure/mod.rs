@@ -4,11 +4,13 @@ mod figures;
 mod line;
 mod metrics;
 mod segments;
+mod shape;
 mod width;
 
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics,
-    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
+    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics, TruthMetrics,
 };
+pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
 pub use width::width_error;

@@ -14,7 +14,7 @@ use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
 use crate::scenario::ScenarioError;
-use crate::surface::{MapError, SceneError};
+use crate::surface::{MapError, SceneError, TruthError};
 use crate::twin::TwinError;
 
 /// Why a run couldn't be done. Each says in one line what is wrong and what would be right.
@@ -33,6 +33,9 @@ pub enum RunError {
     /// The scene can't be used.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The true canvas can't be made.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
     /// The robot can't be used.
     #[error(transparent)]
     Robot(#[from] RobotError),

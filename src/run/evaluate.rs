@@ -8,7 +8,9 @@ use crate::measure::{DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
 use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
 use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured};
-use crate::scenario::{Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch};
+use crate::scenario::{
+    Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch, TruthSettings,
+};
 use crate::surface::{Mapping, Projection, map_drawing};
 use crate::twin::LayerPen;
 
@@ -68,6 +70,7 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
     }
     (s.name, s.description) = (String::new(), String::new());
     (s.sim, s.render) = (SimSettings::default(), RenderSettings::default());
+    s.truth = TruthSettings::default();
     s.accept.clear();
     Ok(Digest::new().bytes(s.to_toml()?.as_bytes()).hex())
 }
@@ -125,7 +128,7 @@ mod tests {
     #[test]
     fn truth_names_and_pictures_share_a_plan_and_what_the_planner_heeds_does_not() {
         let own = key(&scenario(&[])).unwrap();
-        for same in ["seed=7", "name=\"x\"", "render.views=[]", "sim.record_hz=50.0"] {
+        for same in ["seed=7", "name=\"x\"", "render.views=[]", "sim.record_hz=50.0", "truth.relief_percent=1.0"] {
             assert_eq!(key(&scenario(&[same])).unwrap(), own, "{same}");
         }
         for other in ["pen.press_depth_mm=4.0", "control.speed_mm_s=30.0", "canvas.offset_mm=[1.0, 0.0]"] {

@@ -15,16 +15,16 @@ use std::time::Instant;
 
 use crate::control::ImpedanceController;
 use crate::drawing::svg_write;
-use crate::ink::{RasterOptions, rasterise};
+use crate::ink::{InkTrace, RasterOptions, rasterise};
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
-    width_error,
+    ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics, grid_shape,
+    line_fit, side_errors, width_error,
 };
 use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
-use crate::scenario::{Scenario, Sketch};
-use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
+use crate::scenario::{Artwork, Pattern, Scenario, Sketch};
+use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing, map_what_fits};
 use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
@@ -243,14 +243,28 @@ fn measured(scenario: &Scenario, cast: &Cast, record: &Record, metrics: &mut Met
     metrics.digest = Some(record.digest.clone());
     metrics.sim = Some(SimMetrics::of(record, scenario.sim.plant));
     metrics.contact = Some(ContactMetrics::of(record));
-    // the wished line lies where the drawing falls on the true canvas
-    let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
+    metrics.truth = cast.truth_metrics.clone();
+    // the wished line lies where the drawing falls on the true canvas, which may have gaps and steps
+    let wished = map_what_fits(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
     metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
         width_error_p90: width_error(&wished, &record.ink, 0.9),
         ..LineMetrics::of(&fit, &record.ink)
     });
+    metrics.shape = shape(scenario, cast, &record.ink)?;
     Ok(())
+}
+
+/// The shape of a drawn pattern against the one wished on the nominal canvas.
+fn shape(scenario: &Scenario, cast: &Cast, ink: &InkTrace) -> Result<Option<ShapeMetrics>, RunError> {
+    let Artwork::Pattern(pattern) = &scenario.drawing.artwork else { return Ok(None) };
+    let wished = map_what_fits(&cast.drawing, &Projection::new(cast.nominal()), MEASURE_STEP)?;
+    let sides = side_errors(&cast.drawing, ink);
+    let grid = match pattern {
+        Pattern::Grid { .. } => grid_shape(&cast.drawing, &wished, ink),
+        _ => None,
+    };
+    Ok(ShapeMetrics::of(grid.as_ref(), sides.as_ref()))
 }
 
 fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Progress) -> Result<Record, RunError> {

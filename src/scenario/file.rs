@@ -11,6 +11,7 @@ use super::picture::{
     Style, TspSettings,
 };
 use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
+use super::truth::TruthSettings;
 
 /// A scenario file: TOML, unknown keys refused, everything but the drawing and the canvas optional.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,6 +36,9 @@ pub struct ScenarioFile {
     /// What it is drawn on.
     #[serde(default)]
     pub canvas: CanvasFile,
+    /// How what it is drawn on differs from what the robot believes.
+    #[serde(default)]
+    pub truth: TruthSettings,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

@@ -12,6 +12,7 @@ mod overrides;
 mod picture;
 mod resolve;
 mod settings;
+mod truth;
 
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
@@ -24,6 +25,7 @@ pub use picture::{
 };
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
+pub use truth::TruthSettings;
 
 #[cfg(test)]
 mod tests;

@@ -14,6 +14,7 @@ use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
 use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
+use super::truth::{TruthSettings, check_truth};
 
 /// A scenario that can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -77,6 +78,8 @@ pub struct Scenario {
     pub drawing: DrawingSpec,
     /// What is drawn on.
     pub canvas: CanvasSpec,
+    /// How what it is drawn on differs from what the robot believes.
+    pub truth: TruthSettings,
     /// What is drawn with.
     pub pen: PenSpec,
     /// How strokes become joint motion.
@@ -197,6 +200,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     for x in offset_mm {
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
+    check_truth(&typed.truth, check)?;
     let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
     check_plan(&typed.plan, check)?;
     check_control(&typed.control, check)?;
@@ -210,6 +214,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
         drawing,
         canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
+        truth: typed.truth,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -339,6 +344,7 @@ impl From<Scenario> for ScenarioFile {
                 belief: s.canvas.belief,
                 offset_mm: s.canvas.offset_mm,
             },
+            truth: s.truth,
             pen: PenFile {
                 kind: text(s.pen.kind),
                 press_depth_mm: s.pen.press_depth_mm,

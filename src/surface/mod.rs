@@ -5,8 +5,12 @@ mod mapped;
 mod projection;
 mod scene;
 mod shape;
+mod torn;
+mod truth;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame, TrueCanvas};
 pub use mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
 pub use projection::{MapError, MapFailure, MapProblem, MappingKind, Projection, map_drawing};
 pub use scene::{Furniture, Scene, SceneError};
+pub use torn::map_what_fits;
+pub use truth::{PlankKind, TruthError, TruthOptions, TruthReport, perturb};
