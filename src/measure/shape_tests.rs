@@ -31,7 +31,8 @@ fn flat(p: &Point2<f64>) -> Point3<f64> {
 
 fn wished(drawing: &Drawing) -> SurfaceDrawing {
     let target = |p: &Point2<f64>| SurfaceTarget { position: flat(p), normal: Vector3::z(), sheet: *p, width: None };
-    let strokes = dense(drawing)
+    let dense = dense(drawing);
+    let strokes = dense
         .iter()
         .enumerate()
         .map(|(index, s)| SurfaceStroke { index, targets: s.iter().map(target).collect() });

@@ -13,7 +13,6 @@ mod progress;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::control::ImpedanceController;
 use crate::drawing::svg_write;
 use crate::ink::{InkTrace, RasterOptions, rasterise};
 use crate::measure::{
@@ -271,12 +270,17 @@ fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Pro
     progress.stage("simulating", Some((plan.duration() * 1e3) as u64));
     let arms = cast.cell.arms.iter().map(|arm| TwinArm {
         model: arm.model.clone(),
-        controller: ImpedanceController::new(arm.model.clone(), options::control_options(scenario)),
+        controller: options::controller(scenario, &arm.model),
         start: arm.home,
     });
     let mapping = Projection::new(&cast.truth);
-    let world =
-        Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping: &mapping, pens: &cast.pens };
+    let world = Surroundings {
+        canvas: &cast.truth,
+        friction: cast.scene.friction,
+        compliance: scenario.truth.compliance_mm_n * 1e-3,
+        mapping: &mapping,
+        pens: &cast.pens,
+    };
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
     let mut hear = |time: f64| progress.advance((time * 1e3) as u64);
     Ok(simulate(arms.collect(), plan, &world, &colors, &options::twin_options(scenario), &mut hear)?)

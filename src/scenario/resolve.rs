@@ -261,6 +261,7 @@ fn check_control(control: &ControlSettings, check: &Check) -> Result<(), Scenari
     for k in control.stiffness_nm_rad {
         check.above_zero("control.stiffness_nm_rad", k, 1e4)?;
     }
+    check.within("control.position_hz", control.position_hz, 1.0, 60.0)?;
     check.above_zero("control.damping_ratio", control.damping_ratio, 5.0)?;
     check.above_zero("control.speed_mm_s", control.speed_mm_s, 1000.0)?;
     check.above_zero("control.landing_speed_mm_s", control.landing_speed_mm_s, 1000.0)?;

@@ -91,10 +91,10 @@ pub fn run(
     options: &TwinOptions,
 ) -> Record {
     let pen = PenModel::named("fineliner_08").expect("a known pen");
-    let arm = TwinArm { model: truth.clone(), controller: ImpedanceController::new(belief.clone(), control), start };
+    let arm = TwinArm { model: truth.clone(), controller: ImpedanceController::new(belief.clone(), control).into(), start };
     let plan = Plan { arms: vec![ArmPlan { arm: 0, segments }] };
     let pens = [LayerPen { pen, ink: "black".into() }];
-    let world = Surroundings { canvas, friction: 0.3, mapping: &FromAbove, pens: &pens };
+    let world = Surroundings { canvas, friction: 0.3, compliance: 0.0, mapping: &FromAbove, pens: &pens };
     simulate(vec![arm], &plan, &world, &[Rgb([0, 0, 0])], options, &mut |_| ()).expect("the simulation runs")
 }
 
