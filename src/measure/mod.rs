@@ -1,16 +1,19 @@
 //! Figures of a run, from what was drawn and felt, never from the plan.
 
+mod belief;
 mod figures;
+mod laid;
 mod line;
 mod metrics;
 mod segments;
 mod shape;
 mod width;
 
+pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
-    ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics,
-    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics, TruthMetrics,
+    BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,
+    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics, TruthMetrics,
 };
 pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
 pub use width::width_error;

@@ -10,8 +10,9 @@ use crate::measure::TruthMetrics;
 use crate::mesh::{TriMesh, shapes};
 use crate::robot::{Cell, VisualShape};
 use crate::run::RunError;
+use crate::run::scan::Scan;
 use crate::scenario::{PenSpec, Scenario};
-use crate::surface::{BelievedCanvas, Canvas, Scene, TrueCanvas, perturb};
+use crate::surface::{BelievedCanvas, Scene, TrueCanvas, perturb};
 use crate::twin::LayerPen;
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
@@ -22,12 +23,27 @@ pub(super) struct Cast {
     /// How the true canvas differs; `None` where it doesn't.
     pub truth_metrics: Option<TruthMetrics>,
     pub belief: BelievedCanvas,
+    /// The scan that the belief came from, if it did.
+    pub scan: Option<Scan>,
     pub drawing: Drawing,
     pub pens: Vec<LayerPen>,
 }
 
 impl Cast {
+    /// All that the scenario names, with what the robot believes of the canvas.
     pub(super) fn load(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
+        let mut cast = Self::nominal(scenario, drawing, pens)?;
+        if let Some(settings) = &scenario.scan {
+            let furniture: Vec<TriMesh> = cast.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+            let size = [cast.drawing.width, cast.drawing.height];
+            let (belief, scan) = Scan::make(settings, &cast.truth, &furniture, size, scenario.seed)?;
+            (cast.belief, cast.scan) = (belief, Some(scan));
+        }
+        Ok(cast)
+    }
+
+    /// The same with the nominal canvas in belief's place: for whoever needs the true side alone.
+    pub(super) fn nominal(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
         let cell = Cell::load(&scenario.robot)?;
         if cell.arms.len() != 1 {
             return Err(RunError::ArmCount { robot: cell.name, arms: cell.arms.len() });
@@ -40,12 +56,7 @@ impl Cast {
         let (truth, report) = perturb(&scene.canvas, &scenario.truth.options(), scenario.seed)?;
         let truth_metrics = (!scenario.truth.is_nominal()).then(|| TruthMetrics::of(&report));
         let belief = BelievedCanvas(scene.canvas.clone());
-        Ok(Self { cell, scene, truth, truth_metrics, belief, drawing, pens })
-    }
-
-    /// The canvas as the scene's file has it, which wished shapes are measured on.
-    pub(super) fn nominal(&self) -> &Canvas {
-        &self.scene.canvas
+        Ok(Self { cell, scene, truth, truth_metrics, belief, scan: None, drawing, pens })
     }
 
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.

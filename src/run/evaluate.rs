@@ -4,14 +4,16 @@ use std::time::Instant;
 
 use crate::drawing::Drawing;
 use crate::math::Digest;
-use crate::measure::{DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
+use crate::measure::{BeliefMetrics, DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
 use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
+use crate::run::laying::{lay, mapping_onto, overlaid, own_layers};
+use crate::run::scan::Scan;
 use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured};
 use crate::scenario::{
     Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch, TruthSettings,
 };
-use crate::surface::{Mapping, Projection, map_drawing};
+use crate::surface::{StretchField, map_drawing};
 use crate::twin::LayerPen;
 
 /// Plans kept by a [`Cache`]: a few more than threads work on at a time.
@@ -25,6 +27,7 @@ struct Believed {
     drawing_metrics: DrawingMetrics,
     mapping_metrics: MappingMetrics,
     plan_metrics: PlanMetrics,
+    belief_metrics: Option<BeliefMetrics>,
 }
 
 type Slot = Arc<OnceLock<Result<Arc<Believed>, Arc<RunError>>>>;
@@ -64,13 +67,19 @@ impl Cache {
 /// counts where something before the plan draws from it: strokes made of a picture.
 fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
     let mut s = scenario.clone();
-    let BeliefKind::Mesh = s.canvas.belief;
-    if !matches!(s.drawing.artwork, Artwork::Picture(_)) {
+    let seeded = match s.canvas.belief {
+        BeliefKind::Mesh => false,
+        // the camera's noise, and what the camera sees is the truth
+        BeliefKind::Scan => true,
+    };
+    if !seeded && !matches!(s.drawing.artwork, Artwork::Picture(_)) {
         s.seed = 0;
     }
     (s.name, s.description) = (String::new(), String::new());
     (s.sim, s.render) = (SimSettings::default(), RenderSettings::default());
-    s.truth = TruthSettings::default();
+    if !seeded {
+        s.truth = TruthSettings::default();
+    }
     s.accept.clear();
     Ok(Digest::new().bytes(s.to_toml()?.as_bytes()).hex())
 }
@@ -78,21 +87,26 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
 fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, RunError> {
     let started = Instant::now();
     let sketch = Sketch::from(scenario);
-    let drawing = artwork::make(&sketch, progress)?.drawing;
+    let mut drawing = artwork::make(&sketch, progress)?.drawing;
+    overlaid(&mut drawing, scenario);
     let pens = cast::pens(&drawing, &sketch.pen)?;
     let drawing_metrics = DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64());
     let cast = Cast::load(scenario, drawing, pens)?;
     let started = Instant::now();
-    let mapping = Projection::new(&cast.belief);
-    let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+    let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
+    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3, map_drawing)?;
     let seconds = started.elapsed().as_secs_f64();
-    let mapping_metrics = MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds);
+    let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
+    let own = own_layers(&cast.drawing, scenario);
+    let mapping_metrics = MappingMetrics::of(mapping.kind(), &own, &mapped, seconds)
+        .with(field.distortion().as_ref(), flattened.map(|f| f.chart.flips));
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     let plan = Plan { arms: vec![planned.plan] };
     let plan_metrics = PlanMetrics::of(&plan, &planned.reach, started.elapsed().as_secs_f64());
+    let belief_metrics = cast.scan.as_ref().map(Scan::metrics);
     let Cast { drawing, pens, .. } = cast;
-    Ok(Believed { drawing, pens, plan, drawing_metrics, mapping_metrics, plan_metrics })
+    Ok(Believed { drawing, pens, plan, drawing_metrics, mapping_metrics, plan_metrics, belief_metrics })
 }
 
 /// A scenario's figures, from drawing to measuring: those of [`run`](crate::run::run) but for pictures and likeness, without a
@@ -102,11 +116,14 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
     let believed = cache.believed(scenario, progress)?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(believed.drawing_metrics.clone());
+    metrics.belief = believed.belief_metrics.clone();
     metrics.mapping = Some(believed.mapping_metrics.clone());
     metrics.plan = Some(believed.plan_metrics.clone());
-    let cast = Cast::load(scenario, believed.drawing.clone(), believed.pens.clone())?;
-    let record = make_record(scenario, &cast, &believed.plan, progress)?;
-    measured(scenario, &cast, &record, &mut metrics)?;
+    // what the robot believes is in the plan: it isn't scanned again
+    let cast = Cast::nominal(scenario, believed.drawing.clone(), believed.pens.clone())?;
+    let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let record = make_record(scenario, &cast, &believed.plan, mapping.as_ref(), progress)?;
+    measured(scenario, &cast, &record, mapping.as_ref(), &mut metrics)?;
     Ok(metrics)
 }
 

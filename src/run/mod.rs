@@ -2,13 +2,16 @@
 
 mod artwork;
 mod cast;
+mod distortion;
 mod error;
 mod evaluate;
+mod laying;
 mod options;
 mod picture_art;
 mod pictures;
 mod preview;
 mod progress;
+mod scan;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -16,14 +19,14 @@ use std::time::Instant;
 use crate::drawing::svg_write;
 use crate::ink::{InkTrace, RasterOptions, rasterise};
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics, grid_shape,
-    line_fit, side_errors, width_error,
+    ContactMetrics, DrawingMetrics, Laid, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
+    grid_shape, line_fit, side_errors, width_error,
 };
 use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{Artwork, Pattern, Scenario, Sketch};
-use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing, map_what_fits};
+use crate::surface::{Mapping, StretchField, SurfaceDrawing, map_drawing, map_what_fits};
 use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
@@ -32,6 +35,7 @@ pub use progress::{Progress, Silent};
 
 use artwork::Made;
 use cast::Cast;
+use laying::{lay, mapping_onto, overlaid, own_layers, write_laid};
 use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
@@ -96,7 +100,8 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     progress.stage("drawing", None);
     let started = Instant::now();
     let sketch = Sketch::from(scenario);
-    let made = artwork::make(&sketch, progress)?;
+    let mut made = artwork::make(&sketch, progress)?;
+    overlaid(&mut made.drawing, scenario);
     let drawn = Drawn::new(&sketch, &made, started, &mut metrics)?;
     if until == Until::Drawing {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
@@ -106,13 +111,21 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 
     progress.stage("mapping", None);
     let cast = Cast::load(scenario, made.drawing.clone(), drawn.pens.clone())?;
+    metrics.belief = cast.scan.as_ref().map(scan::Scan::metrics);
     let started = Instant::now();
-    let mapping = Projection::new(&cast.belief);
-    let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+    let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
+    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3, map_drawing)?;
     let seconds = started.elapsed().as_secs_f64();
-    metrics.mapping = Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds));
+    let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
+    let own = own_layers(&cast.drawing, scenario);
+    let flips = flattened.as_ref().map(|f| f.chart.flips);
+    let figures = MappingMetrics::of(mapping.kind(), &own, &mapped, seconds);
+    metrics.mapping = Some(figures.with(field.distortion().as_ref(), flips));
+    let laid = Laid::new(mapping.kind(), &own, &mapped, &field, flattened.as_ref());
     if until == Until::Mapping {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
+        write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
         let text = serde_json::to_vec(&mapped)?;
         written.other(out.write("mapped.json", &text)?, "Wished contact points and normals on the canvas, m, world");
         return finish(metrics, written, out);
@@ -121,6 +134,8 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     drawn.write(&made, out, &mut written)?;
+    cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
+    write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
     let reach = planned.reach;
     let plan = Plan { arms: vec![planned.plan] };
     metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));
@@ -136,9 +151,10 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
-    let record = make_record(scenario, &cast, &plan, progress)?;
+    let (true_mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let record = make_record(scenario, &cast, &plan, true_mapping.as_ref(), progress)?;
     progress.stage("measuring", None);
-    measured(scenario, &cast, &record, &mut metrics)?;
+    measured(scenario, &cast, &record, true_mapping.as_ref(), &mut metrics)?;
     metrics.image = Some(drawn.likenesses.metrics(Some(&record.ink))?);
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
@@ -238,13 +254,19 @@ fn make_plan(
 }
 
 /// The figures of what was drawn, but for pictures.
-fn measured(scenario: &Scenario, cast: &Cast, record: &Record, metrics: &mut Metrics) -> Result<(), RunError> {
+fn measured(
+    scenario: &Scenario,
+    cast: &Cast,
+    record: &Record,
+    mapping: &dyn Mapping,
+    metrics: &mut Metrics,
+) -> Result<(), RunError> {
     metrics.digest = Some(record.digest.clone());
     metrics.sim = Some(SimMetrics::of(record, scenario.sim.plant));
     metrics.contact = Some(ContactMetrics::of(record));
     metrics.truth = cast.truth_metrics.clone();
     // the wished line lies where the drawing falls on the true canvas, which may have gaps and steps
-    let wished = map_what_fits(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
+    let wished = lay(scenario, cast, &cast.truth, mapping, MEASURE_STEP, map_what_fits)?;
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
     metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
         width_error_p90: width_error(&wished, &record.ink, 0.9),
@@ -257,28 +279,36 @@ fn measured(scenario: &Scenario, cast: &Cast, record: &Record, metrics: &mut Met
 /// The shape of a drawn pattern against the one wished on the nominal canvas.
 fn shape(scenario: &Scenario, cast: &Cast, ink: &InkTrace) -> Result<Option<ShapeMetrics>, RunError> {
     let Artwork::Pattern(pattern) = &scenario.drawing.artwork else { return Ok(None) };
-    let wished = map_what_fits(&cast.drawing, &Projection::new(cast.nominal()), MEASURE_STEP)?;
-    let sides = side_errors(&cast.drawing, ink);
+    let own = own_layers(&cast.drawing, scenario);
+    let sides = side_errors(&own, ink);
     let grid = match pattern {
-        Pattern::Grid { .. } => grid_shape(&cast.drawing, &wished, ink),
+        Pattern::Grid { .. } => {
+            let (mapping, _) = mapping_onto(scenario, cast, &cast.scene.canvas)?;
+            grid_shape(&own, &map_what_fits(&own, mapping.as_ref(), MEASURE_STEP)?, ink)
+        }
         _ => None,
     };
     Ok(ShapeMetrics::of(grid.as_ref(), sides.as_ref()))
 }
 
-fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Progress) -> Result<Record, RunError> {
+fn make_record(
+    scenario: &Scenario,
+    cast: &Cast,
+    plan: &Plan,
+    mapping: &dyn Mapping,
+    progress: &dyn Progress,
+) -> Result<Record, RunError> {
     progress.stage("simulating", Some((plan.duration() * 1e3) as u64));
     let arms = cast.cell.arms.iter().map(|arm| TwinArm {
         model: arm.model.clone(),
         controller: options::controller(scenario, &arm.model),
         start: arm.home,
     });
-    let mapping = Projection::new(&cast.truth);
     let world = Surroundings {
         canvas: &cast.truth,
         friction: cast.scene.friction,
         compliance: scenario.truth.compliance_mm_n * 1e-3,
-        mapping: &mapping,
+        mapping,
         pens: &cast.pens,
     };
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();

@@ -11,19 +11,21 @@ mod file;
 mod overrides;
 mod picture;
 mod resolve;
+mod scan;
 mod settings;
 mod truth;
 
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
 pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
-pub use file::{CanvasFile, DrawingFile, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
+pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;
 pub use picture::{
     ColorSettings, EdgeSettings, Hand, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, Separation,
     StippleSettings, Style, TspSettings,
 };
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
+pub use scan::{ScanCamera, ScanPose, ScanSettings};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
 pub use truth::TruthSettings;
 

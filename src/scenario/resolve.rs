@@ -6,13 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{self, ConfigError};
 use crate::measure::MetricPath;
-use crate::surface::MappingKind;
+use crate::surface::{FlattenOptions, MappingKind};
 
 use super::assets::{AssetKind, Assets};
 use super::check::Check;
 use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
-use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
+use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
+use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
 use super::truth::{TruthSettings, check_truth};
 
@@ -47,6 +48,10 @@ pub struct CanvasSpec {
     pub belief: BeliefKind,
     /// Moves the drawing right and up on the sheet, mm.
     pub offset_mm: [f64; 2],
+    /// How a conformal map is made.
+    pub conformal: FlattenOptions,
+    /// The drawing once more, laid by another mapping.
+    pub overlay: Option<Overlay>,
 }
 
 /// What is drawn with.
@@ -82,6 +87,8 @@ pub struct Scenario {
     pub truth: TruthSettings,
     /// What is drawn with.
     pub pen: PenSpec,
+    /// How the canvas is scanned; there when the belief is a scan.
+    pub scan: Option<ScanSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -195,13 +202,24 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
 
     let stem = || check.file.file_stem().map_or_else(|| "scenario".into(), |s| s.to_string_lossy().into_owned());
     let drawing = resolve_drawing(typed.drawing, &folder, check)?;
-    let CanvasFile { scene, mapping, belief, offset_mm } = typed.canvas;
+    let CanvasFile { scene, mapping, belief, offset_mm, conformal, overlay } = typed.canvas;
     let scene = scene.ok_or_else(|| check.sentence("canvas.scene", "`[canvas]` needs a `scene`, as \"hemisphere\""))?;
     for x in offset_mm {
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
     check_truth(&typed.truth, check)?;
+    if let Some(margin) = conformal.margin_mm {
+        check.within("canvas.conformal.margin_mm", margin, 0.0, 10_000.0)?;
+    }
+    check.within("canvas.conformal.bridge_mm", conformal.bridge_mm, 0.0, 10_000.0)?;
     let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
+    let scan = match (belief, typed.scan) {
+        (BeliefKind::Scan, scan) => Some(resolve_scan(scan.unwrap_or_default(), &folder, check)?),
+        (_, None) => None,
+        (_, Some(_)) => {
+            return Err(check.sentence("scan", "`[scan]` is heeded with `belief = \"scan\"` under `[canvas]` alone"));
+        }
+    };
     check_plan(&typed.plan, check)?;
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
@@ -213,8 +231,16 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         seed: typed.seed,
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
         drawing,
-        canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
+        canvas: CanvasSpec {
+            scene: asset("canvas.scene", AssetKind::Scene, &scene)?,
+            mapping,
+            belief,
+            offset_mm,
+            conformal,
+            overlay,
+        },
         truth: typed.truth,
+        scan,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -344,6 +370,8 @@ impl From<Scenario> for ScenarioFile {
                 mapping: s.canvas.mapping,
                 belief: s.canvas.belief,
                 offset_mm: s.canvas.offset_mm,
+                conformal: s.canvas.conformal,
+                overlay: s.canvas.overlay,
             },
             truth: s.truth,
             pen: PenFile {
@@ -352,6 +380,7 @@ impl From<Scenario> for ScenarioFile {
                 change_s: s.pen.change_s,
                 inks: s.pen.inks.into_iter().map(|(ink, pen)| (ink, text(pen))).collect(),
             },
+            scan: s.scan,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

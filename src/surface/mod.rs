@@ -1,6 +1,8 @@
 //! Believed canvases, and the mapping of a drawing onto them.
 
 mod canvas;
+mod conformal;
+mod laid;
 mod mapped;
 mod projection;
 mod scene;
@@ -9,8 +11,10 @@ mod torn;
 mod truth;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame, TrueCanvas};
+pub use conformal::{ConformalMap, FlattenError, FlattenMethod, FlattenOptions, FlattenReport, PatchKind};
+pub use laid::{MappingKind, StretchField, mapping_of};
 pub use mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
-pub use projection::{MapError, MapFailure, MapProblem, MappingKind, Projection, map_drawing};
+pub use projection::{MapError, MapFailure, MapProblem, Projection, map_drawing};
 pub use scene::{Furniture, Scene, SceneError};
 pub use torn::map_what_fits;
 pub use truth::{PlankKind, TruthError, TruthOptions, TruthReport, perturb};
