@@ -1,14 +1,16 @@
 //! The physics that every picture rests on: forces, contact, impedance, and rapier against the robot's own model.
 mod support;
 
-use calamus::control::{ImpedanceController, ImpedanceOptions, Press, Reference, design_damping};
+use calamus::control::{
+    ImpedanceController, ImpedanceOptions, PositionController, PositionOptions, Press, Reference, design_damping,
+};
 use calamus::math::Pose;
 use calamus::mesh::{TriMesh, shapes};
 use calamus::plan::SegmentKind;
 use calamus::robot::{ArmModel, JointVector};
-use calamus::twin::{ArticulatedPlant, EventKind, Plant, RapierPlant, Record, TipForce, TwinOptions};
+use calamus::twin::{ArticulatedPlant, EventKind, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions};
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3, Vector6};
-use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, smooth};
+use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, run_by, smooth};
 
 /// Surface height of the test plane, m.
 const TABLE: f64 = 0.45;
@@ -338,4 +340,68 @@ fn a_joint_stops_at_its_limit_on_both_plants() {
         }
         assert!((0.29..0.32).contains(&farthest), "{name} turned to {farthest} rad");
     }
+}
+
+const PLANTS: [PlantKind; 2] = [PlantKind::Articulated, PlantKind::Rapier];
+
+#[test]
+fn position_control_keeps_to_a_free_path_within_a_tenth_of_a_millimetre() {
+    let (mut arm, seed) = iiwa();
+    for j in &mut arm.joints {
+        // what the drawing robot's torque loops leave of its gears' friction
+        (j.damping, j.friction) = (0.5, 0.05);
+    }
+    // 120 mm at 40 mm/s
+    let pose = |t: f64| above(0.6, 0.12 * ramp(t / 3.33) - 0.06, 0.05);
+    let q = inverse_kinematics(&arm, &pose(0.0), &seed);
+    let travel = follow(&arm, &q, SegmentKind::Travel, 0.0, 3.5, pose);
+    for plant in PLANTS {
+        let options = TwinOptions { plant, ..Default::default() };
+        let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
+        let record = run_by(&arm, controller, q, vec![travel.clone()], &canvas(table()), &options);
+        let samples = &record.arms[0].samples;
+        let off = samples.iter().map(|s| (s.tip - s.tip_desired).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-4, "{plant:?}: {off} m off");
+        assert!((samples[samples.len() - 1].tip - samples[0].tip).norm() > 0.1);
+    }
+}
+
+/// Presses 0.2 mm deeper than the table is: the force tells how stiff arm and nib are together.
+#[test]
+fn position_control_is_stiff_at_the_tip_and_knows_how_stiff() {
+    let (arm, seed) = iiwa();
+    let depth = 2e-4;
+    let pose = |t: f64| above(0.6, 0.0, 0.002 - (0.002 + depth) * smooth(t / 0.8));
+    let q = inverse_kinematics(&arm, &pose(0.0), &seed);
+    let press = follow(&arm, &q, SegmentKind::Press, 0.0, 1.0, pose);
+    let at = inverse_kinematics(&arm, &pose(1.0), &q);
+    let stand = follow(&arm, &at, SegmentKind::Draw, press.end(), 1.0, |_| pose(1.0));
+    for plant in PLANTS {
+        let options = TwinOptions { plant, ..Default::default() };
+        let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
+        let record = run_by(&arm, controller, q, vec![press.clone(), stand.clone()], &canvas(table()), &options);
+        let samples = &record.arms[0].samples;
+        let (force, earlier) = (samples[samples.len() - 1].normal_force, samples[samples.len() - 40].normal_force);
+        assert!((force / earlier - 1.0).abs() < 1e-3, "{plant:?}: it hums: {force} N, {earlier} N");
+        let nib = calamus::ink::PenModel::named("fineliner_08").unwrap().spring.stiffness;
+        let arm_stiffness = force / (depth - force / nib);
+        assert!(arm_stiffness >= 2e4, "{plant:?}: {arm_stiffness} N/m");
+        // the press that is expected is the series of both
+        let expected = record.arms[0].strokes[0].target.mean / 0.003 * depth;
+        assert!((force / expected - 1.0).abs() < 0.03, "{plant:?}: {force} N for {expected} N");
+    }
+}
+
+/// Impedance control feels a canvas 8 mm higher than believed as a little more force; position control as a wall.
+#[test]
+fn a_canvas_that_stands_higher_is_pressed_hard_by_position_control_alone() {
+    let (arm, seed) = iiwa();
+    let pose = |t: f64| above(0.6, 0.0, 0.002 - 0.010 * smooth(t / 1.0));
+    let q = inverse_kinematics(&arm, &pose(0.0), &seed);
+    let press = follow(&arm, &q, SegmentKind::Press, 0.0, 1.2, pose);
+    let soft = run(&arm, &arm, ImpedanceOptions::default(), q, vec![press.clone()], &canvas(table()), &TwinOptions::default());
+    assert!((soft.arms[0].max_force / (350.0 * 0.008) - 1.0).abs() < 0.2, "{} N", soft.arms[0].max_force);
+    let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
+    let hard = run_by(&arm, controller, q, vec![press], &canvas(table()), &TwinOptions::default());
+    assert!(hard.arms[0].max_force > 60.0, "{} N", hard.arms[0].max_force);
 }

@@ -46,6 +46,10 @@ fn check(file: &Path, plant: &str) {
     let (scenario, m, folder) = drawn(file, plant);
     let value = |path: &str| m.value(path).unwrap_or_else(|| panic!("{name}: no {path}"));
 
+    if m.truth.is_some() {
+        return check_perturbed(&name, &scenario, &m);
+    }
+
     // the pen leaves no ink while it is up
     assert_eq!(value("contact.pen_up_contact_steps"), 0.0, "{name}");
     assert!(value("line.excess") <= 0.01, "{name}: {} of the ink is astray", value("line.excess"));
@@ -83,6 +87,16 @@ fn check(file: &Path, plant: &str) {
     assert!(folder.path().join("report.html").exists(), "{name}");
 }
 
+/// What holds where the canvas isn't as believed: all of it can be drawn and is, without force or torque beyond reason; how well is
+/// in the scenario's own bounds.
+fn check_perturbed(name: &str, scenario: &Scenario, m: &Metrics) {
+    let value = |path: &str| m.value(path).unwrap_or_else(|| panic!("{name}: no {path}"));
+    assert_eq!(value("plan.reachable_fraction"), 1.0, "{name}");
+    assert!(value("contact.force_max_n") < 30.0, "{name}: {} N", value("contact.force_max_n"));
+    assert!(value("sim.saturated_fraction") < 0.01, "{name}");
+    assert!(!scenario.accept.is_empty() && scenario.unmet(m).is_empty(), "{name}: {:?}", scenario.unmet(m));
+}
+
 macro_rules! each {
     ($($name:ident),*) => {
         $(#[test]
@@ -107,6 +121,7 @@ each!(
     first_light,
     grid_plane,
     hatching,
+    hemisphere_grid,
     hilbert_column,
     layered_depth,
     letter,
@@ -120,4 +135,21 @@ each!(
 #[test]
 fn a_scenario_holds_on_rapier_too() {
     check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/grid_plane.toml"), "rapier");
+}
+
+#[test]
+fn position_control_loses_an_uneven_half_sphere_or_presses_it_hard() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/hemisphere_grid.toml");
+    let set = [
+        "control.law=\"position\"",
+        "pen.press_depth_mm=0.06",
+        "drawing.pattern.n=1",
+        "drawing.width_mm=100",
+        "sim.plant=\"articulated\"",
+    ];
+    let overrides: Vec<Override> = set.iter().map(|s| s.parse().unwrap()).collect();
+    let scenario = Scenario::read(&file, &overrides).unwrap();
+    let m = calamus::run::evaluate(&scenario, &calamus::run::Cache::default(), &Silent).unwrap();
+    let (contact, force) = (m.value("contact.contact_fraction").unwrap(), m.value("contact.force_max_n").unwrap());
+    assert!(contact < 0.9 || force > 30.0, "contact {contact}, at most {force} N");
 }

@@ -40,9 +40,9 @@ fn drawn(scene: &str, widths: Vec<f64>) -> (SurfaceDrawing, Record) {
         plan::plan(0, &arm.model, &arm.home, &arm.service, &mapped, &belief, &[], &options, &mut |_| ()).unwrap();
 
     let controller = ImpedanceController::new(arm.model.clone(), control);
-    let twin = TwinArm { model: arm.model.clone(), controller, start: arm.home };
+    let twin = TwinArm { model: arm.model.clone(), controller: controller.into(), start: arm.home };
     let pens = [LayerPen { pen, ink: "ink".into() }];
-    let world = Surroundings { canvas: &truth, friction: scene.friction, mapping: &mapping, pens: &pens };
+    let world = Surroundings { canvas: &truth, friction: scene.friction, compliance: 0.0, mapping: &mapping, pens: &pens };
     let options = TwinOptions { plant: PlantKind::Articulated, ..Default::default() };
     let plan = Plan { arms: vec![planned.plan] };
     let record = simulate(vec![twin], &plan, &world, &[Rgb([0; 3])], &options, &mut |_| ()).unwrap();

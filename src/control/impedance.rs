@@ -1,6 +1,7 @@
 //! The Cartesian impedance law at 1 kHz.
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
+use crate::control::limits::TorqueLimits;
 use crate::control::{ImpedanceOptions, design_damping};
 use crate::math::rotation_vector;
 use crate::robot::{ArmModel, JointMatrix, JointVector, Kinematics};
@@ -66,14 +67,21 @@ pub struct ImpedanceController {
     options: ImpedanceOptions,
     damping: Matrix6<f64>,
     set_point: Point3<f64>,
-    last_torque: Option<JointVector>,
+    limits: TorqueLimits,
     step: u64,
 }
 
 impl ImpedanceController {
     /// A controller that believes the arm to be `model`.
     pub fn new(model: ArmModel, options: ImpedanceOptions) -> Self {
-        Self { model, options, damping: Matrix6::zeros(), set_point: Point3::origin(), last_torque: None, step: 0 }
+        Self {
+            model,
+            options,
+            damping: Matrix6::zeros(),
+            set_point: Point3::origin(),
+            limits: TorqueLimits::default(),
+            step: 0,
+        }
     }
 
     /// The settings.
@@ -132,7 +140,7 @@ impl ImpedanceController {
             lambda_inverse[(i, i)] += 1e-9;
         }
         let Some(factor) = lambda_inverse.cholesky() else {
-            return self.limited(bias, dt, n);
+            return self.limits.hold(&self.model, bias, o.torque_rate, dt);
         };
 
         self.set_point = Point3::from(kd.world_from_tip().translation.vector);
@@ -173,26 +181,7 @@ impl ImpedanceController {
         }
         let leak = factor.solve(&(x.transpose() * posture));
         let tau = jacobian.transpose() * (wrench - leak) + posture + bias;
-        self.limited(tau, dt, n)
-    }
-
-    fn limited(&mut self, mut tau: JointVector, dt: f64, n: usize) -> TorqueCommand {
-        let mut saturated = false;
-        let step = self.options.torque_rate * dt;
-        for i in 0..n {
-            let effort = self.model.joints[i].effort;
-            let mut t = tau[i].clamp(-effort, effort);
-            if let Some(last) = &self.last_torque {
-                t = t.clamp(last[i] - step, last[i] + step);
-            }
-            saturated |= t != tau[i];
-            tau[i] = t;
-        }
-        for i in n..tau.len() {
-            tau[i] = 0.0;
-        }
-        self.last_torque = Some(tau);
-        TorqueCommand { torque: tau, saturated }
+        self.limits.hold(&self.model, tau, o.torque_rate, dt)
     }
 }
 

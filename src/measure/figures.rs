@@ -5,12 +5,12 @@ use crate::math::Rgb;
 use crate::math::stats::Running;
 use crate::measure::laid::laid_strokes;
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, LayerMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure, PlanMetrics,
-    SimMetrics,
+    ContactMetrics, DrawingMetrics, GridShape, LayerMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure,
+    PlanMetrics, ShapeMetrics, SideErrors, SimMetrics, TruthMetrics,
 };
 use crate::mesh::Distortion;
 use crate::plan::{Plan, ReachReport, SegmentKind};
-use crate::surface::SurfaceDrawing;
+use crate::surface::{SurfaceDrawing, TruthReport};
 use crate::twin::{PlantKind, Record};
 
 /// Period of the controller, at which joint steps are counted, s.
@@ -185,6 +185,36 @@ impl LineMetrics {
             width_mean_mm: (length > 0.0).then(|| area / length * 1e3),
             inked_length_m: Some(length),
             width_error_p90: None,
+        }
+    }
+}
+
+impl ShapeMetrics {
+    /// Figures of a pattern's shape: of a grid, and of the sides of any pattern; a grid's own sides go from crossing to crossing.
+    /// `None` where nothing could be measured.
+    pub fn of(grid: Option<&GridShape>, sides: Option<&SideErrors>) -> Option<Self> {
+        let sides = grid.and_then(|g| g.sides.as_ref()).or(sides);
+        (grid.is_some() || sides.is_some()).then(|| Self {
+            aspect_deviation: grid.map(|g| g.aspect_deviation),
+            angle_deviation: grid.map(|g| g.angle_deviation / std::f64::consts::FRAC_PI_2),
+            angle_deviation_deg: grid.map(|g| g.angle_deviation.to_degrees()),
+            missing_crossings: grid.map(|g| g.missing),
+            side_error_mean: sides.map(|s| s.mean),
+            side_error_p95: sides.map(|s| s.p95),
+            side_error_max: sides.map(|s| s.max),
+        })
+    }
+}
+
+impl TruthMetrics {
+    /// Figures of a true canvas, in the units of metrics.json.
+    pub fn of(report: &TruthReport) -> Self {
+        Self {
+            hausdorff_mm: Some(report.hausdorff * 1e3),
+            hausdorff_percent: Some(report.hausdorff / report.size * 1e2),
+            offset_mm: Some(report.offset.norm() * 1e3),
+            turn_deg: Some(report.turn.to_degrees()),
+            scale_percent: Some(report.scale * 1e2),
         }
     }
 }

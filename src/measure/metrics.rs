@@ -35,13 +35,16 @@ pub struct Metrics {
     /// The simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sim: Option<SimMetrics>,
+    /// The true canvas against the nominal one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthMetrics>,
     /// Pen against canvas.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactMetrics>,
     /// Drawn line against wished line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<LineMetrics>,
-    /// Shape of drawn grids.
+    /// Shape of drawn patterns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeMetrics>,
     /// Tool changes.
@@ -229,6 +232,27 @@ pub struct SimMetrics {
     pub max_joint_step_rad: Option<f64>,
 }
 
+/// The true canvas against the nominal one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct TruthMetrics {
+    /// Two-sided Hausdorff distance of their shapes, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hausdorff_mm: Option<f64>,
+    /// The same in per cent of the canvas's longest side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hausdorff_percent: Option<f64>,
+    /// How far the canvas stands from where it is believed, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset_mm: Option<f64>,
+    /// By how much it is turned, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn_deg: Option<f64>,
+    /// How much larger it is, per cent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale_percent: Option<f64>,
+}
+
 /// Pen against canvas, over every physics step of every drawn stroke.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -286,16 +310,31 @@ pub struct LineMetrics {
     pub inked_length_m: Option<f64>,
 }
 
-/// Shape of drawn grids.
+/// Shape of drawn patterns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ShapeMetrics {
-    /// Mean deviation of the cells' aspect ratio from 1.
+    /// Mean relative deviation of the ratio of two adjacent sides of a cell from that of the wished grid on the nominal surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aspect_deviation: Option<f64>,
-    /// Mean deviation of the cells' angles from 90 degrees, degrees.
+    /// Mean deviation of the cells' angles from those of the wished grid on the nominal surface, as a share of a right angle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_deviation: Option<f64>,
+    /// The same, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle_deviation_deg: Option<f64>,
+    /// Crossings of the wished grid that the drawn one hasn't.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missing_crossings: Option<usize>,
+    /// Mean relative error of a pattern's drawn sides against their wished flat lengths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side_error_mean: Option<f64>,
+    /// 95th percentile of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side_error_p95: Option<f64>,
+    /// Largest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side_error_max: Option<f64>,
 }
 
 /// Tool changes.
@@ -447,6 +486,11 @@ impl MetricPath {
         metric("sim.real_time_factor", "", "robot's time by computer's time"),
         metric("sim.saturated_fraction", "", "share of drawing steps in which a torque limit cut in"),
         metric("sim.max_joint_step_rad", "rad", "largest turn of a joint in one millisecond, as simulated"),
+        metric("truth.hausdorff_mm", "mm", "how far the true canvas's shape is from the nominal one, at most"),
+        metric("truth.hausdorff_percent", "%", "the same, of the canvas's longest side"),
+        metric("truth.offset_mm", "mm", "how far the canvas stands from where the robot believes it"),
+        metric("truth.turn_deg", "deg", "how far it is turned"),
+        metric("truth.scale_percent", "%", "how much larger it is"),
         metric("contact.force_target_n", "N", "force that stiffness and press depth ask for, on average"),
         metric("contact.force_mean_n", "N", "mean force of the pen on the canvas while drawing"),
         metric(
@@ -470,8 +514,13 @@ impl MetricPath {
             "relative error of the width; 90 % of the line of wished width is better than this",
         ),
         metric("line.inked_length_m", "m", "length of the drawn lines"),
-        metric("shape.aspect_deviation", "", "how far drawn grid cells are from square, on average"),
-        metric("shape.angle_deviation", "deg", "how far their corners are from right angles, on average"),
+        metric("shape.aspect_deviation", "", "relative change of the ratio of two adjacent sides of a grid's cell, on average"),
+        metric("shape.angle_deviation", "", "change of the angle at its corners as a share of a right angle, on average"),
+        metric("shape.angle_deviation_deg", "deg", "the same in degrees"),
+        metric("shape.missing_crossings", "", "crossings of the wished grid that the drawn one hasn't"),
+        metric("shape.side_error_mean", "", "relative error of a pattern's sides against their flat length, on average"),
+        metric("shape.side_error_p95", "", "the same; 95 % of the sides are better"),
+        metric("shape.side_error_max", "", "the same; the worst side"),
         metric("tool.attempts", "", "pen changes tried by the robot"),
         metric("tool.successes", "", "pen changes that worked"),
         metric("tool.dropped", "", "pens dropped"),

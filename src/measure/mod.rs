@@ -6,12 +6,14 @@ mod laid;
 mod line;
 mod metrics;
 mod segments;
+mod shape;
 mod width;
 
 pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,
-    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
+    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics, TruthMetrics,
 };
+pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
 pub use width::width_error;

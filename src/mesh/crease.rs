@@ -1,6 +1,10 @@
 //! Splitting vertices at creases, so that normals are smooth where the surface is and sharp where it is not.
 use nalgebra::{Point3, Vector3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 
+use super::TriMesh;
 use super::triangle::Triangle;
 
 /// Edges that bend by this much or more (rad) are creases.
@@ -97,4 +101,59 @@ fn angle_weighted_normals(
     }
     // Faces can cancel only in a fan that folds back on itself; then any of its normals is as good as another.
     sums.iter().zip(&any).map(|(sum, any)| sum.try_normalize(1e-9).unwrap_or(*any)).collect()
+}
+
+/// How far places are from the sharp edges of a mesh.
+pub(super) struct CreaseDistance {
+    edges: Vec<[Point3<f64>; 2]>,
+    bvh: Bvh,
+}
+
+impl CreaseDistance {
+    /// Finds the edges at which [`split`] has parted vertices of the mesh.
+    pub fn new(mesh: &TriMesh) -> Self {
+        let key = |v: &Point3<f64>| v.coords.map(f64::to_bits);
+        let order = |a: &Point3<f64>, b: &Point3<f64>| key(a).as_slice().cmp(key(b).as_slice());
+        // an edge by the places of its ends, and the vertices that it has there
+        let mut all: Vec<([Point3<f64>; 2], [u32; 2])> = Vec::new();
+        for t in mesh.triangles() {
+            for k in 0..3 {
+                let (i, j) = (t[k], t[(k + 1) % 3]);
+                let (p, q) = (mesh.vertices()[i as usize], mesh.vertices()[j as usize]);
+                all.push(if order(&p, &q).is_le() { ([p, q], [i, j]) } else { ([q, p], [j, i]) });
+            }
+        }
+        all.sort_by(|(a, _), (b, _)| order(&a[0], &b[0]).then_with(|| order(&a[1], &b[1])));
+        let creases = all.windows(2).filter(|w| w[0].0 == w[1].0 && w[0].1 != w[1].1).map(|w| w[0].0);
+        let edges: Vec<[Point3<f64>; 2]> = creases.collect();
+        let boxes: Vec<Aabb> = edges
+            .iter()
+            .map(|[a, b]| {
+                let (low, high) = (a.inf(b), a.sup(b));
+                Aabb::new(Vector::new(low.x, low.y, low.z), Vector::new(high.x, high.y, high.z))
+            })
+            .collect();
+        let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+        Self { edges, bvh }
+    }
+
+    /// Distance of a place from the nearest of them, m; infinite where there are none.
+    pub fn at(&self, p: &Point3<f64>) -> f64 {
+        let gap = |node: &BvhNode, _: f64| {
+            let (low, high) = (node.mins(), node.maxs());
+            let low = Vector3::new(low.x, low.y, low.z) - p.coords;
+            let high = p.coords - Vector3::new(high.x, high.y, high.z);
+            low.sup(&high).sup(&Vector3::zeros()).norm_squared()
+        };
+        if self.edges.is_empty() {
+            return f64::INFINITY;
+        }
+        let found = self.bvh.find_best(f64::MAX, gap, |leaf, _| {
+            let [a, b] = self.edges[leaf as usize];
+            let along = b - a;
+            let share = ((p - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            Some((p - (a + along * share)).norm_squared())
+        });
+        found.map_or(f64::INFINITY, |(_, d2)| d2.sqrt())
+    }
 }

@@ -6,12 +6,13 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use crate::drawing::{Drawing, InkLayer};
 use crate::ink::PenModel;
 use crate::math::{Pose, Rgb};
+use crate::measure::TruthMetrics;
 use crate::mesh::{TriMesh, shapes};
 use crate::robot::{Cell, VisualShape};
 use crate::run::RunError;
 use crate::run::scan::Scan;
 use crate::scenario::{PenSpec, Scenario};
-use crate::surface::{BelievedCanvas, Scene, TrueCanvas};
+use crate::surface::{BelievedCanvas, Scene, TrueCanvas, perturb};
 use crate::twin::LayerPen;
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
@@ -19,6 +20,8 @@ pub(super) struct Cast {
     pub cell: Cell,
     pub scene: Scene,
     pub truth: TrueCanvas,
+    /// How the true canvas differs; `None` where it doesn't.
+    pub truth_metrics: Option<TruthMetrics>,
     pub belief: BelievedCanvas,
     /// The scan that the belief came from, if it did.
     pub scan: Option<Scan>,
@@ -50,9 +53,10 @@ impl Cast {
         let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
         scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
-        let truth = TrueCanvas(scene.canvas.clone());
+        let (truth, report) = perturb(&scene.canvas, &scenario.truth.options(), scenario.seed)?;
+        let truth_metrics = (!scenario.truth.is_nominal()).then(|| TruthMetrics::of(&report));
         let belief = BelievedCanvas(scene.canvas.clone());
-        Ok(Self { cell, scene, truth, belief, scan: None, drawing, pens })
+        Ok(Self { cell, scene, truth, truth_metrics, belief, scan: None, drawing, pens })
     }
 
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.

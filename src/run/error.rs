@@ -15,7 +15,7 @@ use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
 use crate::scan::ScanError;
 use crate::scenario::ScenarioError;
-use crate::surface::{FlattenError, MapError, SceneError};
+use crate::surface::{FlattenError, MapError, SceneError, TruthError};
 use crate::twin::TwinError;
 
 /// Why a run couldn't be done. Each says in one line what is wrong and what would be right.
@@ -34,6 +34,9 @@ pub enum RunError {
     /// The scene can't be used.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The true canvas can't be made.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
     /// The robot can't be used.
     #[error(transparent)]
     Robot(#[from] RobotError),

@@ -10,8 +10,10 @@ use crate::run::cast::{self, Cast};
 use crate::run::laying::{lay, mapping_onto, overlaid, own_layers};
 use crate::run::scan::Scan;
 use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured};
-use crate::scenario::{Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch};
-use crate::surface::StretchField;
+use crate::scenario::{
+    Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch, TruthSettings,
+};
+use crate::surface::{StretchField, map_drawing};
 use crate::twin::LayerPen;
 
 /// Plans kept by a [`Cache`]: a few more than threads work on at a time.
@@ -67,7 +69,7 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
     let mut s = scenario.clone();
     let seeded = match s.canvas.belief {
         BeliefKind::Mesh => false,
-        // the camera's noise
+        // the camera's noise, and what the camera sees is the truth
         BeliefKind::Scan => true,
     };
     if !seeded && !matches!(s.drawing.artwork, Artwork::Picture(_)) {
@@ -75,6 +77,9 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
     }
     (s.name, s.description) = (String::new(), String::new());
     (s.sim, s.render) = (SimSettings::default(), RenderSettings::default());
+    if !seeded {
+        s.truth = TruthSettings::default();
+    }
     s.accept.clear();
     Ok(Digest::new().bytes(s.to_toml()?.as_bytes()).hex())
 }
@@ -89,7 +94,7 @@ fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, Run
     let cast = Cast::load(scenario, drawing, pens)?;
     let started = Instant::now();
     let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
-    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3)?;
+    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3, map_drawing)?;
     let seconds = started.elapsed().as_secs_f64();
     let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
     let own = own_layers(&cast.drawing, scenario);
@@ -140,7 +145,7 @@ mod tests {
     #[test]
     fn truth_names_and_pictures_share_a_plan_and_what_the_planner_heeds_does_not() {
         let own = key(&scenario(&[])).unwrap();
-        for same in ["seed=7", "name=\"x\"", "render.views=[]", "sim.record_hz=50.0"] {
+        for same in ["seed=7", "name=\"x\"", "render.views=[]", "sim.record_hz=50.0", "truth.relief_percent=1.0"] {
             assert_eq!(key(&scenario(&[same])).unwrap(), own, "{same}");
         }
         for other in ["pen.press_depth_mm=4.0", "control.speed_mm_s=30.0", "canvas.offset_mm=[1.0, 0.0]"] {

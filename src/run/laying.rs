@@ -7,7 +7,7 @@ use crate::run::distortion::distortion_picture;
 use crate::run::{RunError, Written};
 use crate::scenario::Scenario;
 use crate::surface::{
-    Canvas, FlattenReport, Mapping, MappingKind, StretchField, SurfaceDrawing, map_drawing, mapping_of,
+    Canvas, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of,
 };
 
 /// Adds the layers that are laid by the other mapping, if the scenario wishes for them: the drawing once more, in the other
@@ -51,6 +51,9 @@ pub(super) fn mapping_onto(
     Ok(mapping_of(canvas, scenario.canvas.mapping, sheet, &scenario.canvas.conformal)?)
 }
 
+/// How strokes are laid on a surface at a step: all or an error, or what fits.
+type Lay = fn(&Drawing, &dyn Mapping, f64) -> Result<SurfaceDrawing, MapError>;
+
 /// The drawing on a canvas: its own layers by `mapping`, those laid over it by the other one.
 pub(super) fn lay(
     scenario: &Scenario,
@@ -58,14 +61,15 @@ pub(super) fn lay(
     canvas: &Canvas,
     mapping: &dyn Mapping,
     step: f64,
+    map: Lay,
 ) -> Result<SurfaceDrawing, RunError> {
     let drawing = &cast.drawing;
-    let Some(overlay) = &scenario.canvas.overlay else { return Ok(map_drawing(drawing, mapping, step)?) };
+    let Some(overlay) = &scenario.canvas.overlay else { return Ok(map(drawing, mapping, step)?) };
     let sheet = [drawing.width, drawing.height];
     let (other, _) = mapping_of(canvas, overlay.mapping, sheet, &scenario.canvas.conformal)?;
     let n = drawing.layers.len();
-    let mut laid = map_drawing(&part(drawing, 0, n / 2), mapping, step)?;
-    laid.layers.extend(map_drawing(&part(drawing, n / 2, n), other.as_ref(), step)?.layers);
+    let mut laid = map(&part(drawing, 0, n / 2), mapping, step)?;
+    laid.layers.extend(map(&part(drawing, n / 2, n), other.as_ref(), step)?.layers);
     laid.order.clone_from(&drawing.order);
     Ok(laid)
 }

@@ -16,18 +16,17 @@ mod scan;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::control::ImpedanceController;
 use crate::drawing::svg_write;
-use crate::ink::{RasterOptions, rasterise};
+use crate::ink::{InkTrace, RasterOptions, rasterise};
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, Laid, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
-    width_error,
+    ContactMetrics, DrawingMetrics, Laid, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
+    grid_shape, line_fit, side_errors, width_error,
 };
 use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
-use crate::scenario::{Scenario, Sketch};
-use crate::surface::{Mapping, StretchField, SurfaceDrawing};
+use crate::scenario::{Artwork, Pattern, Scenario, Sketch};
+use crate::surface::{Mapping, StretchField, SurfaceDrawing, map_drawing, map_what_fits};
 use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
@@ -118,7 +117,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     for sentence in flattened.iter().flat_map(|f| &f.mended) {
         progress.note(&format!("canvas: {sentence}"));
     }
-    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3)?;
+    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3, map_drawing)?;
     let seconds = started.elapsed().as_secs_f64();
     let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
     let own = own_layers(&cast.drawing, scenario);
@@ -268,14 +267,31 @@ fn measured(
     metrics.digest = Some(record.digest.clone());
     metrics.sim = Some(SimMetrics::of(record, scenario.sim.plant));
     metrics.contact = Some(ContactMetrics::of(record));
-    // the wished line lies where the drawing falls on the true canvas
-    let wished = lay(scenario, cast, &cast.truth, mapping, MEASURE_STEP)?;
+    metrics.truth = cast.truth_metrics.clone();
+    // the wished line lies where the drawing falls on the true canvas, which may have gaps and steps
+    let wished = lay(scenario, cast, &cast.truth, mapping, MEASURE_STEP, map_what_fits)?;
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
     metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
         width_error_p90: width_error(&wished, &record.ink, 0.9),
         ..LineMetrics::of(&fit, &record.ink)
     });
+    metrics.shape = shape(scenario, cast, &record.ink)?;
     Ok(())
+}
+
+/// The shape of a drawn pattern against the one wished on the nominal canvas.
+fn shape(scenario: &Scenario, cast: &Cast, ink: &InkTrace) -> Result<Option<ShapeMetrics>, RunError> {
+    let Artwork::Pattern(pattern) = &scenario.drawing.artwork else { return Ok(None) };
+    let own = own_layers(&cast.drawing, scenario);
+    let sides = side_errors(&own, ink);
+    let grid = match pattern {
+        Pattern::Grid { .. } => {
+            let (mapping, _) = mapping_onto(scenario, cast, &cast.scene.canvas)?;
+            grid_shape(&own, &map_what_fits(&own, mapping.as_ref(), MEASURE_STEP)?, ink)
+        }
+        _ => None,
+    };
+    Ok(ShapeMetrics::of(grid.as_ref(), sides.as_ref()))
 }
 
 fn make_record(
@@ -288,10 +304,16 @@ fn make_record(
     progress.stage("simulating", Some((plan.duration() * 1e3) as u64));
     let arms = cast.cell.arms.iter().map(|arm| TwinArm {
         model: arm.model.clone(),
-        controller: ImpedanceController::new(arm.model.clone(), options::control_options(scenario)),
+        controller: options::controller(scenario, &arm.model),
         start: arm.home,
     });
-    let world = Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping, pens: &cast.pens };
+    let world = Surroundings {
+        canvas: &cast.truth,
+        friction: cast.scene.friction,
+        compliance: scenario.truth.compliance_mm_n * 1e-3,
+        mapping,
+        pens: &cast.pens,
+    };
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
     let mut hear = |time: f64| progress.advance((time * 1e3) as u64);
     Ok(simulate(arms.collect(), plan, &world, &colors, &options::twin_options(scenario), &mut hear)?)

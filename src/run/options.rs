@@ -1,7 +1,8 @@
 //! A scenario's settings in the terms of the stages: SI units.
-use crate::control::ImpedanceOptions;
+use crate::control::{Controller, ImpedanceController, ImpedanceOptions, LawKind, PositionController, PositionOptions};
 use crate::ink::PenModel;
 use crate::plan::{PlanOptions, PressDepths};
+use crate::robot::ArmModel;
 use crate::scenario::Scenario;
 use crate::twin::{LayerPen, TwinOptions};
 
@@ -16,8 +17,12 @@ fn press_depths(s: &Scenario, pens: &[LayerPen]) -> PressDepths {
         let speed = s.control.speed_mm_s * 1e-3;
         let [narrow, wide] = [low, high].map(|force| pen.line_width(force, speed));
         let widths = (0..WIDTHS).map(|i| narrow + (wide - narrow) * i as f64 / (WIDTHS - 1) as f64);
-        let mut depths: Vec<_> =
-            widths.map(|w| (w, pen.force_for_width(w, speed) / s.control.stiffness_n_m[2])).collect();
+        // a stiff arm leaves all of the give to the nib
+        let stiffness = match s.control.law {
+            LawKind::Impedance => s.control.stiffness_n_m[2],
+            LawKind::Position => pen.spring.stiffness,
+        };
+        let mut depths: Vec<_> = widths.map(|w| (w, pen.force_for_width(w, speed) / stiffness)).collect();
         // a pen whose line hardly changes has fewer widths than that
         depths.dedup_by(|b, a| b.0 <= a.0);
         depths
@@ -44,8 +49,23 @@ pub(super) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
     }
 }
 
+/// The controller of an arm, which believes the arm to be `model`.
+pub(super) fn controller(s: &Scenario, model: &ArmModel) -> Controller {
+    match s.control.law {
+        LawKind::Impedance => ImpedanceController::new(model.clone(), impedance_options(s)).into(),
+        LawKind::Position => {
+            let options = PositionOptions {
+                frequency: s.control.position_hz * std::f64::consts::TAU,
+                torque_rate: s.control.torque_rate_nm_ms * 1e3,
+                ..Default::default()
+            };
+            PositionController::new(model.clone(), options).into()
+        }
+    }
+}
+
 /// Settings of the impedance law.
-pub(super) fn control_options(s: &Scenario) -> ImpedanceOptions {
+fn impedance_options(s: &Scenario) -> ImpedanceOptions {
     let c = &s.control;
     ImpedanceOptions {
         stiffness: c.stiffness_n_m,

@@ -13,6 +13,7 @@ use super::picture::{
 };
 use super::scan::ScanSettings;
 use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
+use super::truth::TruthSettings;
 
 /// A scenario file: TOML, unknown keys refused, everything but the drawing and the canvas optional.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,6 +38,9 @@ pub struct ScenarioFile {
     /// What it is drawn on.
     #[serde(default)]
     pub canvas: CanvasFile,
+    /// How what it is drawn on differs from what the robot believes.
+    #[serde(default)]
+    pub truth: TruthSettings,
     /// How the canvas is scanned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scan: Option<ScanSettings>,

@@ -15,6 +15,7 @@ use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
+use super::truth::{TruthSettings, check_truth};
 
 /// A scenario that can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -82,6 +83,8 @@ pub struct Scenario {
     pub drawing: DrawingSpec,
     /// What is drawn on.
     pub canvas: CanvasSpec,
+    /// How what it is drawn on differs from what the robot believes.
+    pub truth: TruthSettings,
     /// What is drawn with.
     pub pen: PenSpec,
     /// How the canvas is scanned; there when the belief is a scan.
@@ -204,6 +207,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     for x in offset_mm {
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
+    check_truth(&typed.truth, check)?;
     if let Some(margin) = conformal.margin_mm {
         check.within("canvas.conformal.margin_mm", margin, 0.0, 10_000.0)?;
     }
@@ -235,6 +239,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
             conformal,
             overlay,
         },
+        truth: typed.truth,
         scan,
         pen,
         plan: typed.plan,
@@ -282,6 +287,7 @@ fn check_control(control: &ControlSettings, check: &Check) -> Result<(), Scenari
     for k in control.stiffness_nm_rad {
         check.above_zero("control.stiffness_nm_rad", k, 1e4)?;
     }
+    check.within("control.position_hz", control.position_hz, 1.0, 60.0)?;
     check.above_zero("control.damping_ratio", control.damping_ratio, 5.0)?;
     check.above_zero("control.speed_mm_s", control.speed_mm_s, 1000.0)?;
     check.above_zero("control.landing_speed_mm_s", control.landing_speed_mm_s, 1000.0)?;
@@ -367,6 +373,7 @@ impl From<Scenario> for ScenarioFile {
                 conformal: s.canvas.conformal,
                 overlay: s.canvas.overlay,
             },
+            truth: s.truth,
             pen: PenFile {
                 kind: text(s.pen.kind),
                 press_depth_mm: s.pen.press_depth_mm,

@@ -2,6 +2,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::control::LawKind;
 use crate::twin::PlantKind;
 
 /// What becomes of the filled areas of an SVG.
@@ -62,10 +63,14 @@ impl Default for PlanSettings {
     }
 }
 
-/// `[control]`: the impedance law and the speed of the pen.
+/// `[control]`: the law that moves the arm and the speed of the pen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ControlSettings {
+    /// Which law moves the arm: `impedance` or `position`.
+    pub law: LawKind,
+    /// Natural frequency of every joint under position control, Hz.
+    pub position_hz: f64,
     /// Translational stiffness in the pen frame, N/m; z is the pen axis.
     pub stiffness_n_m: [f64; 3],
     /// Rotational stiffness in the pen frame, N m/rad.
@@ -97,6 +102,8 @@ pub struct ControlSettings {
 impl Default for ControlSettings {
     fn default() -> Self {
         Self {
+            law: LawKind::Impedance,
+            position_hz: 20.0,
             stiffness_n_m: [1500.0, 1500.0, 350.0],
             stiffness_nm_rad: [300.0, 300.0, 300.0],
             damping_ratio: 0.7,

@@ -7,6 +7,8 @@ mod mapped;
 mod projection;
 mod scene;
 mod shape;
+mod torn;
+mod truth;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame, TrueCanvas};
 pub use conformal::{ConformalMap, FlattenError, FlattenMethod, FlattenOptions, FlattenReport, PatchKind};
@@ -14,3 +16,5 @@ pub use laid::{MappingKind, StretchField, mapping_of};
 pub use mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
 pub use projection::{MapError, MapFailure, MapProblem, Projection, map_drawing};
 pub use scene::{Furniture, Scene, SceneError};
+pub use torn::map_what_fits;
+pub use truth::{PlankKind, TruthError, TruthOptions, TruthReport, perturb};

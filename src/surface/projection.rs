@@ -12,7 +12,7 @@ const MIN_COSINE: f64 = 0.173_648_177_666_930_33;
 /// A point that lies farther than this, m, behind the visible surface is on its far side.
 const HIDDEN_DEPTH: f64 = 0.05;
 /// Points nearer on the sheet than this, m, are one point.
-const SAME_POINT: f64 = 1e-9;
+pub(super) const SAME_POINT: f64 = 1e-9;
 /// Halvings of a piece of stroke before the surface is called torn there.
 const MAX_HALVINGS: u32 = 24;
 /// Largest number of targets that a drawing may be cut into.
@@ -146,13 +146,7 @@ fn describe(failures: &[MapFailure]) -> String {
 /// # Errors
 /// [`MapError::OffSurface`] with every place that has no surface under it.
 pub fn map_drawing(drawing: &Drawing, mapping: &dyn Mapping, step: f64) -> Result<SurfaceDrawing, MapError> {
-    if !(step.is_finite() && step > 0.0) {
-        return Err(MapError::BadStep { step });
-    }
-    let length = drawing.length();
-    if length / step > MAX_TARGETS {
-        return Err(MapError::TooFine { step, length });
-    }
+    check_step(drawing, step)?;
     let mut failures = Vec::new();
     let mut layers = Vec::with_capacity(drawing.layers.len());
     for layer in &drawing.layers {
@@ -173,6 +167,18 @@ pub fn map_drawing(drawing: &Drawing, mapping: &dyn Mapping, step: f64) -> Resul
     } else {
         Err(MapError::OffSurface { failures })
     }
+}
+
+/// Refuses a step (m) that can't be taken along a drawing.
+pub(super) fn check_step(drawing: &Drawing, step: f64) -> Result<(), MapError> {
+    if !(step.is_finite() && step > 0.0) {
+        return Err(MapError::BadStep { step });
+    }
+    let length = drawing.length();
+    if length / step > MAX_TARGETS {
+        return Err(MapError::TooFine { step, length });
+    }
+    Ok(())
 }
 
 /// Walks one stroke over the surface.

@@ -5,8 +5,8 @@ use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 
-use crate::control::{ImpedanceController, MeasuredState, Press, Reference};
-use crate::ink::{InkRecorder, NibContact, PenModel, StrokeId};
+use crate::control::{Controller, MeasuredState, Press, Reference};
+use crate::ink::{InkRecorder, NibContact, NibSpring, PenModel, StrokeId};
 use crate::math::stats::Running;
 use crate::plan::{ArmPlan, Segment, SegmentKind};
 use crate::robot::{ArmModel, JointVector, Kinematics};
@@ -28,7 +28,7 @@ pub struct TwinArm {
     /// The true arm: what the plant is made of.
     pub model: ArmModel,
     /// The controller, with its own belief of the arm.
-    pub controller: ImpedanceController,
+    pub controller: Controller,
     /// Joint positions at the start, at rest.
     pub start: JointVector,
 }
@@ -39,10 +39,23 @@ pub struct Surroundings<'a> {
     pub canvas: &'a TrueCanvas,
     /// Coulomb friction of the canvas; that of a pen on it is the geometric mean of both.
     pub friction: f64,
+    /// How far the canvas gives way to the pen, m/N.
+    pub compliance: f64,
     /// Map between the true canvas and the sheet.
     pub mapping: &'a dyn Mapping,
     /// The pen of each layer.
     pub pens: &'a [LayerPen],
+}
+
+impl Surroundings<'_> {
+    /// The nib of a layer's pen and the canvas as one spring: a canvas that gives way is in series with the nib.
+    fn spring(&self, layer: usize) -> NibSpring {
+        let nib = &self.pens[layer].pen.spring;
+        if self.compliance <= 0.0 {
+            return *nib;
+        }
+        NibSpring { stiffness: nib.stiffness / (1.0 + nib.stiffness * self.compliance), ..*nib }
+    }
 }
 
 /// Running state of one arm.
@@ -192,7 +205,8 @@ impl<'a> ArmRun<'a> {
         let (kind, wish) = match self.current() {
             Some(segment) => {
                 let m = segment.trajectory.sample(time - segment.start, &mut self.cursor);
-                let press = self.press(segment, time - segment.start);
+                let nib = world.spring(self.layer).stiffness;
+                let press = self.press(segment, time - segment.start, nib);
                 (segment.kind, Reference { q: m.q, qd: m.qd, qdd: m.qdd, press })
             }
             None => {
@@ -226,18 +240,18 @@ impl<'a> ArmRun<'a> {
     }
 
     /// The press that the plan asks for, `f = k delta` (eq. 6.1) with the stiffness along the pen.
-    fn press(&mut self, segment: &Segment, time: f64) -> Press {
+    fn press(&mut self, segment: &Segment, time: f64, nib: f64) -> Press {
         if segment.kind != SegmentKind::Draw {
             return Press::default();
         }
         let d = segment.depth.at(time, &mut self.depth_cursor);
-        let stiffness = self.arm.controller.options().stiffness[2];
+        let stiffness = self.arm.controller.press_stiffness(nib);
         Press { expected_force: stiffness * d.depth, rate: d.rate, acceleration: d.acceleration }
     }
 
     fn touch(&mut self, world: &Surroundings, tip: &Point3<f64>, velocity: &Vector3<f64>, dt: f64) -> Option<Contact> {
-        let spring = &world.pens[self.layer].pen.spring;
-        self.nib.touch(spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, velocity, dt)
+        let spring = world.spring(self.layer);
+        self.nib.touch(&spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, velocity, dt)
     }
 
     fn draw(&mut self, time: f64, dt: f64, world: &Surroundings, contact: Option<&Contact>, events: &mut Vec<Event>) {

@@ -7,8 +7,11 @@ use nalgebra::{Point3, Vector3};
 use crate::ink::NibSpring;
 use crate::mesh::{SurfacePoint, TriMesh};
 
-/// How near to the canvas the nib must be for its foot point to be looked for, m. Deeper than this it is lost.
+/// How near to the canvas the nib must be for its foot point to be looked for, m; a nib that is under the surface already is looked for
+/// so much farther than it was deep.
 const REACH: f64 = 0.004;
+/// A nib deeper than this that finds itself at the far side of a thin canvas is still under the side that it came from, m.
+const THIN: f64 = 0.002;
 /// A nib farther than this from its foot point across the normal hangs over the canvas's edge, m.
 const OVERHANG: f64 = 5e-4;
 
@@ -32,7 +35,8 @@ const LARGEST_LOSS: f64 = 0.2;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Nib {
     stretch: Vector3<f64>,
-    depth: Option<f64>,
+    /// How deep it was, m, and the surface's normal there.
+    depth: Option<(f64, Vector3<f64>)>,
 }
 
 impl Nib {
@@ -54,7 +58,7 @@ impl Nib {
         dt: f64,
     ) -> Option<Contact> {
         let before = std::mem::take(self);
-        let at = canvas.closest_point_within(tip, REACH)?;
+        let at = foot(canvas, tip, before.depth)?;
         let n = at.normal;
         let offset = tip - at.position;
         let depth = -offset.dot(&n);
@@ -63,8 +67,8 @@ impl Nib {
         }
         let separation = velocity.dot(&n);
         // the smooth normal leans against the facet, so that the nib's velocity along it isn't how fast it is pressed
-        let pressing = before.depth.map_or(-separation, |last| (depth - last) / dt);
-        self.depth = Some(depth);
+        let pressing = before.depth.map_or(-separation, |(last, _)| (depth - last) / dt);
+        self.depth = Some((depth, n));
         let loss = (spring.damping * pressing).clamp(-1.0, LARGEST_LOSS);
         let normal_force = spring.stiffness * depth * (1.0 + loss);
         if normal_force <= 0.0 {
@@ -87,5 +91,83 @@ impl Nib {
         }
         self.stretch = stretch;
         Some(Contact { at, normal_force, force: n * normal_force + hold, slip })
+    }
+}
+
+/// The surface point that a nib at `tip` touches, if it is near enough; `before` is how deep it was a step ago, and the normal there.
+fn foot(canvas: &TriMesh, tip: &Point3<f64>, before: Option<(f64, Vector3<f64>)>) -> Option<SurfacePoint> {
+    let Some((depth, normal)) = before else { return canvas.closest_point_within(tip, REACH) };
+    let nearest = canvas.closest_point_within(tip, depth + REACH)?;
+    if depth > THIN && nearest.normal.dot(&normal) < 0.0 {
+        // the far side is nearer than the one that the nib was pushed through; it comes out where it went in
+        let through = canvas.cast_ray(tip, &normal, depth + REACH);
+        return through.filter(|s| s.normal.dot(&normal) > 0.0).or(Some(nearest));
+    }
+    Some(nearest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Boards, clad, shapes};
+
+    fn spring() -> NibSpring {
+        NibSpring { stiffness: 1.75e4, damping: 5.0, lateral_stiffness: 5e4, lateral_damping: 20.0, friction: 0.3 }
+    }
+
+    /// Normal forces of a nib that moves down from the surface by `step` (m) each millisecond.
+    fn pressed(canvas: &TriMesh, step: f64, count: u32) -> Vec<f64> {
+        let mut nib = Nib::default();
+        let velocity = Vector3::new(0.0, 0.0, -step / 1e-3);
+        let at = |i: u32| Point3::new(0.001, 0.002, -step * f64::from(i));
+        (1..=count)
+            .map(|i| nib.touch(&spring(), 0.3, canvas, &at(i), &velocity, 1e-3).map_or(0.0, |c| c.normal_force))
+            .collect()
+    }
+
+    #[test]
+    fn force_keeps_rising_with_depth() {
+        let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
+        let forces = pressed(&block, 2e-5, 1000);
+        assert!(forces.windows(2).all(|w| w[1] > w[0]));
+        let last = forces[forces.len() - 1];
+        assert!((last / (1.75e4 * 0.02) - 1.0).abs() < 0.15, "{last} N at 20 mm");
+    }
+
+    #[test]
+    fn a_nib_does_not_come_out_at_the_far_side_of_a_thin_canvas() {
+        let board = shapes::rectangle(0.3, 0.3, 0.01, 0.02).unwrap();
+        let forces = pressed(&board, 2e-5, 450);
+        assert!(forces.windows(2).all(|w| w[1] > w[0]), "{forces:?}");
+    }
+
+    #[test]
+    fn a_nib_far_under_a_surface_that_it_never_met_touches_nothing() {
+        let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
+        let at = Point3::new(0.0, 0.0, -0.01);
+        assert_eq!(Nib::default().touch(&spring(), 0.3, &block, &at, &Vector3::zeros(), 1e-3), None);
+    }
+
+    #[test]
+    fn an_upright_step_pushes_back_sideways_and_gives_no_energy() {
+        let wall = shapes::rectangle(0.4, 0.3, 0.0, 0.01).unwrap();
+        let boards = Boards { start: -0.4, width: 0.4, gap: 0.0, bevel: 0.0, offsets: vec![0.0, 0.005] };
+        let step = clad(&wall, &crate::math::Pose::identity(), false, &boards).unwrap();
+        // a mass of 3 kg pressed down by 1 N slides into the step at 40 mm/s
+        let (mass, dt) = (3.0, 1e-3);
+        let (mut p, mut v) = (Point3::new(-0.02, 0.013, -5e-5), Vector3::new(0.04, 0.0, 0.0));
+        let (mut nib, mut stopped) = (Nib::default(), false);
+        let start = 0.5 * mass * v.norm_squared();
+        for _ in 0..2000 {
+            let contact = nib.touch(&spring(), 0.3, &step, &p, &v, dt);
+            let force = contact.map_or(Vector3::zeros(), |c| c.force) - Vector3::z();
+            v += force / mass * dt;
+            p += v * dt;
+            stopped |= v.x <= 0.0;
+            let energy = 0.5 * mass * v.norm_squared();
+            assert!(energy < 1.05 * start + 1e-3, "{energy} J of {start} J at {p}");
+            assert!(p.x < 2e-3, "went through: {p}");
+        }
+        assert!(stopped || v.norm() < 1e-3);
     }
 }

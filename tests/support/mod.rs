@@ -1,6 +1,6 @@
 //! What several tests of the physics need: the robot, exact inverse kinematics, and plans written by hand.
 #![allow(dead_code)]
-use calamus::control::{ImpedanceController, ImpedanceOptions};
+use calamus::control::{Controller, ImpedanceController, ImpedanceOptions};
 use calamus::ink::PenModel;
 use calamus::math::{Pose, Rgb, frame_from_axes, rotation_vector};
 use calamus::mesh::TriMesh;
@@ -90,11 +90,23 @@ pub fn run(
     canvas: &TrueCanvas,
     options: &TwinOptions,
 ) -> Record {
+    run_by(truth, ImpedanceController::new(belief.clone(), control).into(), start, segments, canvas, options)
+}
+
+/// The same by any controller.
+pub fn run_by(
+    truth: &ArmModel,
+    controller: Controller,
+    start: JointVector,
+    segments: Vec<Segment>,
+    canvas: &TrueCanvas,
+    options: &TwinOptions,
+) -> Record {
     let pen = PenModel::named("fineliner_08").expect("a known pen");
-    let arm = TwinArm { model: truth.clone(), controller: ImpedanceController::new(belief.clone(), control), start };
+    let arm = TwinArm { model: truth.clone(), controller, start };
     let plan = Plan { arms: vec![ArmPlan { arm: 0, segments }] };
     let pens = [LayerPen { pen, ink: "black".into() }];
-    let world = Surroundings { canvas, friction: 0.3, mapping: &FromAbove, pens: &pens };
+    let world = Surroundings { canvas, friction: 0.3, compliance: 0.0, mapping: &FromAbove, pens: &pens };
     simulate(vec![arm], &plan, &world, &[Rgb([0, 0, 0])], options, &mut |_| ()).expect("the simulation runs")
 }
 

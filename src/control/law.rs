@@ -1,0 +1,65 @@
+//! The law that moves an arm: one of two.
+use nalgebra::Point3;
+
+use crate::control::{ImpedanceController, MeasuredState, PositionController, Reference, TorqueCommand};
+use crate::robot::Kinematics;
+
+/// Which law moves the arm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LawKind {
+    /// The pen gives way like a spring: force follows from press depth and stiffness.
+    #[default]
+    Impedance,
+    /// Joints are held where the plan wants them, whatever the pen touches.
+    Position,
+}
+
+/// The controller of one arm.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)]
+pub enum Controller {
+    /// Cartesian impedance.
+    Impedance(ImpedanceController),
+    /// Joint positions.
+    Position(PositionController),
+}
+
+impl Controller {
+    /// Joint torques for this step (`dt` s long), within effort and rate limits.
+    pub fn torque(&mut self, measured: &MeasuredState, k: &Kinematics, wish: &Reference, dt: f64) -> TorqueCommand {
+        match self {
+            Self::Impedance(c) => c.torque(measured, k, wish, dt),
+            Self::Position(c) => c.torque(measured, k, wish, dt),
+        }
+    }
+
+    /// Where the law wished the pen tip to be at its last call, m, world.
+    pub fn set_point(&self) -> Point3<f64> {
+        match self {
+            Self::Impedance(c) => c.set_point(),
+            Self::Position(c) => c.set_point(),
+        }
+    }
+
+    /// Force by press depth, N/m, of a pen whose nib has the stiffness `nib` (N/m). An impedance law takes the nib's give out of the
+    /// account (equation 6.1, whose stiffness is small against a nib's); under position control nib and arm are springs in series.
+    pub fn press_stiffness(&self, nib: f64) -> f64 {
+        match self {
+            Self::Impedance(c) => c.options().stiffness[2],
+            Self::Position(c) => 1.0 / (1.0 / nib + 1.0 / c.pen_stiffness()),
+        }
+    }
+}
+
+impl From<ImpedanceController> for Controller {
+    fn from(c: ImpedanceController) -> Self {
+        Self::Impedance(c)
+    }
+}
+
+impl From<PositionController> for Controller {
+    fn from(c: PositionController) -> Self {
+        Self::Position(c)
+    }
+}
