@@ -26,7 +26,7 @@ bench:
 experiments: driver
 	@set -e; found=no; for f in scenarios/experiments/*.toml; do \
 		[ -e "$$f" ] || continue; found=yes; \
-		$(CARGO) run --release --quiet -- run "$$f" --out "out/experiments/$$(basename "$$f" .toml)"; \
+		$(CARGO) run --release --quiet -- experiment "$$f" --out "out/experiments/$$(basename "$$f" .toml)"; \
 	done; [ $$found = yes ] || echo "there are no experiments in scenarios/experiments/ yet"
 
 clean:

@@ -22,6 +22,7 @@ pub mod render;
 pub mod report;
 pub mod robot;
 pub mod run;
+pub mod scan;
 pub mod scenario;
 pub mod surface;
 pub mod tour;

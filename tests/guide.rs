@@ -1,4 +1,5 @@
 //! GUIDE.md tells everything there is to set and everything that is measured.
+use calamus::experiment::ExperimentFile;
 use calamus::measure::MetricPath;
 use calamus::scenario::ScenarioFile;
 
@@ -8,8 +9,17 @@ fn guide() -> String {
 
 #[test]
 fn every_key_of_a_scenario_is_in_the_guide() {
-    let (guide, schema) = (guide(), ScenarioFile::schema());
-    let objects = schema["$defs"].as_object().unwrap().values().chain([&schema]);
+    every_key(&ScenarioFile::schema());
+}
+
+#[test]
+fn every_key_of_an_experiment_is_in_the_guide() {
+    every_key(&schemars::schema_for!(ExperimentFile).to_value());
+}
+
+fn every_key(schema: &serde_json::Value) {
+    let guide = guide();
+    let objects = schema["$defs"].as_object().unwrap().values().chain([schema]);
     for object in objects.filter_map(|o| o["properties"].as_object()) {
         for key in object.keys() {
             let named =

@@ -1,10 +1,11 @@
-//! Poses, rotation logarithms, statistics, seeds and digests: what every other room may use.
+//! Poses, rotation logarithms, statistics, seeds, digests and sparse systems: what every other room may use.
 
 mod color;
 mod digest;
 mod interval;
 mod pose;
 mod seed;
+mod sparse;
 pub mod stats;
 
 pub use color::{PAPER, Rgb, SrgbTable, linear_from_srgb, srgb_from_linear};
@@ -12,3 +13,4 @@ pub use digest::Digest;
 pub use interval::{bootstrap_mean, unit, wilson};
 pub use pose::{Pose, frame_from_axes, rotation_vector};
 pub use seed::stream;
+pub use sparse::{Cholesky, SparseError};

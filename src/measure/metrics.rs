@@ -23,6 +23,9 @@ pub struct Metrics {
     /// The artwork.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drawing: Option<DrawingMetrics>,
+    /// The canvas as the robot believes it to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub belief: Option<BeliefMetrics>,
     /// The map from sheet to canvas.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<MappingMetrics>,
@@ -91,6 +94,41 @@ pub struct LayerMetrics {
     pub points: usize,
     /// Length of those strokes on the sheet, m.
     pub length_m: f64,
+}
+
+/// The canvas as the robot believes it to be, against the true one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct BeliefMetrics {
+    /// `scan`, or another belief that isn't the nominal mesh.
+    pub kind: String,
+    /// Points that were measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<usize>,
+    /// Points that the surface was made of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<usize>,
+    /// Vertices of the believed surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices: Option<usize>,
+    /// Triangles of the believed surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangles: Option<usize>,
+    /// Spread of the points about the believed surface, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_mm: Option<f64>,
+    /// Mean distance of the believed surface from the true one, over the sheet, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_mean_mm: Option<f64>,
+    /// 95th percentile of it, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_p95_mm: Option<f64>,
+    /// Largest, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_max_mm: Option<f64>,
+    /// Wall-clock time of scanning and meshing, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
 }
 
 /// The map from sheet to canvas.
@@ -358,6 +396,15 @@ impl MetricPath {
         metric("drawing.ink_changes", "", "changes of pen that the order of strokes asks for"),
         metric("drawing.estimated_s", "s", "how long a robot takes to draw it, by a rule of thumb"),
         metric("drawing.duration_s", "s", "time the computer took to read or make the strokes"),
+        metric("belief.measured", "", "points that the camera measured"),
+        metric("belief.points", "", "points that the believed surface was made of"),
+        metric("belief.vertices", "", "vertices of the believed surface"),
+        metric("belief.triangles", "", "triangles of the believed surface"),
+        metric("belief.noise_mm", "mm", "spread of the measured points about the believed surface"),
+        metric("belief.error_mean_mm", "mm", "mean distance of the believed surface from the true one"),
+        metric("belief.error_p95_mm", "mm", "the same; 95 % of the sheet is better than this"),
+        metric("belief.error_max_mm", "mm", "the same at the worst place"),
+        metric("belief.duration_s", "s", "time the computer took to scan and to make the surface"),
         metric("mapping.angle_error_mean", "deg", "how much the canvas skews right angles of the sheet, on average"),
         metric("mapping.angle_error_p95", "deg", "the same; 95 % of the drawing is better than this"),
         metric(

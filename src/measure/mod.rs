@@ -1,5 +1,6 @@
 //! Figures of a run, from what was drawn and felt, never from the plan.
 
+mod belief;
 mod figures;
 mod line;
 mod metrics;
@@ -8,7 +9,7 @@ mod width;
 
 pub use line::{LineFit, line_fit};
 pub use metrics::{
-    ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath, Metrics,
-    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
+    BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,
+    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics,
 };
 pub use width::width_error;

@@ -145,6 +145,11 @@ pub fn write(file: &Path, mesh: &TriMesh) -> Result<(), MeshFileError> {
     })
 }
 
+/// A mesh, in metres, as the bytes of a binary PLY file.
+pub fn ply_bytes(mesh: &TriMesh) -> Vec<u8> {
+    ply::format(mesh)
+}
+
 /// Makes vertices within [`WELD_DISTANCE`] one; the first of them in the file's order stays. A cell is half as wide, so
 /// that all points of a cell are near enough to its first.
 fn weld(vertices: &mut Vec<Point3<f64>>, triangles: &mut [[u32; 3]]) {

@@ -1,26 +1,31 @@
 //! PLY (Stanford polygon format), text and binary of either byte order.
 use std::io::Cursor;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 
 use super::TriMesh;
+use super::cloud::PointCloud;
 use super::file::{FormatError, RawMesh};
 use super::polygon::triangulate;
+use crate::math::Rgb;
 
 /// Parses the elements `vertex` (x, y, z) and `face` (a list `vertex_indices` or `vertex_index`).
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, FormatError> {
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(explain)?;
     check_header(&header, bytes.len())?;
+    if !FACE_LISTS.iter().any(|list| has(&header, "face", list)) {
+        return Err(FormatError::new("header has no faces: a mesh needs an element face with a list vertex_indices"));
+    }
     let mut mesh = RawMesh::default();
     let mut faces = Vec::new();
     for element in header.elements.values() {
         match element.name.as_str() {
             "vertex" => {
                 let parsed = elements::<Vertex>(&mut reader, element, &header)?;
-                mesh.vertices = parsed.iter().map(|v| Point3::new(v.x, v.y, v.z)).collect();
+                mesh.vertices = parsed.iter().map(|v| Point3::from(v.at)).collect();
             }
             "face" => faces = elements::<Face>(&mut reader, element, &header)?,
             _ => drop(elements::<Skipped>(&mut reader, element, &header)?),
@@ -55,18 +60,43 @@ fn check_header(header: &Header, bytes: usize) -> Result<(), FormatError> {
             return Err(FormatError::new(format!("header promises {count} of `{name}`, more than the file can hold")));
         }
     }
-    let has = |element: &str, property: &str| {
-        header.elements.get(element).is_some_and(|e| e.properties.contains_key(property))
-    };
     for axis in ["x", "y", "z"] {
-        if !has("vertex", axis) {
+        if !has(header, "vertex", axis) {
             return Err(FormatError::new(format!("header has no property {axis} of element vertex")));
         }
     }
-    if !FACE_LISTS.iter().any(|list| has("face", list)) {
-        return Err(FormatError::new("header has no faces: a mesh needs an element face with a list vertex_indices"));
-    }
     Ok(())
+}
+
+fn has(header: &Header, element: &str, property: &str) -> bool {
+    header.elements.get(element).is_some_and(|e| e.properties.contains_key(property))
+}
+
+/// Parses the points of the element `vertex`: x, y, z, and if they are there nx, ny, nz and red, green, blue (0 to 255). Faces are
+/// passed over.
+pub(super) fn parse_cloud(bytes: &[u8]) -> Result<PointCloud, FormatError> {
+    let mut reader = Reader::new(Cursor::new(bytes));
+    let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(explain)?;
+    check_header(&header, bytes.len())?;
+    let all = |names: [&str; 3]| names.iter().all(|n| has(&header, "vertex", n));
+    let (normals, colors) = (all(NORMAL), all(COLOR));
+    let mut cloud = PointCloud::default();
+    for element in header.elements.values() {
+        if element.name != "vertex" {
+            elements::<Skipped>(&mut reader, element, &header)?;
+            continue;
+        }
+        for Vertex { at, normal, color } in elements::<Vertex>(&mut reader, element, &header)? {
+            cloud.points.push(Point3::from(at));
+            if normals {
+                cloud.normals.push(Vector3::from(normal));
+            }
+            if colors {
+                cloud.colors.push(Rgb(color.map(|c| c.clamp(0.0, 255.0) as u8)));
+            }
+        }
+    }
+    Ok(cloud)
 }
 
 fn elements<E: PropertyAccess>(
@@ -87,25 +117,32 @@ fn explain(e: ParseError) -> FormatError {
 
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+const COLOR: [&str; 3] = ["red", "green", "blue"];
+
 struct Vertex {
-    x: f64,
-    y: f64,
-    z: f64,
+    at: [f64; 3],
+    normal: [f64; 3],
+    color: [f64; 3],
 }
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self { x: f64::NAN, y: f64::NAN, z: f64::NAN }
+        Self { at: [f64::NAN; 3], normal: [f64::NAN; 3], color: [0.0; 3] }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let coordinate = match name {
-            "x" => &mut self.x,
-            "y" => &mut self.y,
-            "z" => &mut self.z,
-            _ => return PropertyAccessResult::Ignored,
+        let place = |names: [&str; 3]| names.iter().position(|n| *n == name);
+        let number = if let Some(i) = place(["x", "y", "z"]) {
+            &mut self.at[i]
+        } else if let Some(i) = place(NORMAL) {
+            &mut self.normal[i]
+        } else if let Some(i) = place(COLOR) {
+            &mut self.color[i]
+        } else {
+            return PropertyAccessResult::Ignored;
         };
-        *coordinate = match property {
+        *number = match property {
             Property::Float(v) => v.into(),
             Property::Double(v) => v,
             Property::Char(v) => v.into(),
@@ -168,6 +205,37 @@ pub(super) fn format(mesh: &TriMesh) -> Vec<u8> {
     for t in triangles {
         bytes.push(3);
         bytes.extend(t.iter().flat_map(|i| i.to_le_bytes()));
+    }
+    bytes
+}
+
+/// The cloud as binary little-endian PLY: doubles for places, floats for normals, bytes for colours.
+pub(super) fn format_cloud(cloud: &PointCloud) -> Vec<u8> {
+    let has_normals = cloud.normals.len() == cloud.points.len() && !cloud.points.is_empty();
+    let has_colors = cloud.colors.len() == cloud.points.len() && !cloud.points.is_empty();
+    let mut header = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment metres\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n",
+        cloud.points.len()
+    );
+    let mut properties = |names: [&str; 3], kind: &str| {
+        names.iter().for_each(|n| header.push_str(&format!("property {kind} {n}\n")));
+    };
+    if has_normals {
+        properties(NORMAL, "float");
+    }
+    if has_colors {
+        properties(COLOR, "uchar");
+    }
+    header.push_str("end_header\n");
+    let mut bytes = header.into_bytes();
+    for (i, p) in cloud.points.iter().enumerate() {
+        bytes.extend(p.iter().flat_map(|c| c.to_le_bytes()));
+        if has_normals {
+            bytes.extend(cloud.normals[i].iter().flat_map(|c| (*c as f32).to_le_bytes()));
+        }
+        if has_colors {
+            bytes.extend(cloud.colors[i].0);
+        }
     }
     bytes
 }

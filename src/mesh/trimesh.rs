@@ -160,6 +160,13 @@ impl TriMesh {
         Self { data: Arc::new(Data { vertices, vertex_normals, triangles, face_normals, bounds, bvh }) }
     }
 
+    /// A flat mesh at z = 0 whose triangles, all of an area, keep their numbers.
+    pub(super) fn flat(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
+        let vertex_normals = vec![Vector3::z(); vertices.len()];
+        let face_normals = vec![Vector3::z(); triangles.len()];
+        Self::assemble(vertices, vertex_normals, triangles, face_normals)
+    }
+
     /// Vertices, m.
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.data.vertices

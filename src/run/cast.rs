@@ -9,6 +9,7 @@ use crate::math::{Pose, Rgb};
 use crate::mesh::{TriMesh, shapes};
 use crate::robot::{Cell, VisualShape};
 use crate::run::RunError;
+use crate::run::scan::Scan;
 use crate::scenario::{PenSpec, Scenario};
 use crate::surface::{BelievedCanvas, Scene, TrueCanvas};
 use crate::twin::LayerPen;
@@ -19,6 +20,8 @@ pub(super) struct Cast {
     pub scene: Scene,
     pub truth: TrueCanvas,
     pub belief: BelievedCanvas,
+    /// The scan that the belief came from, if it did.
+    pub scan: Option<Scan>,
     pub drawing: Drawing,
     pub pens: Vec<LayerPen>,
 }
@@ -35,8 +38,16 @@ impl Cast {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
         scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
         let truth = TrueCanvas(scene.canvas.clone());
-        let belief = BelievedCanvas(scene.canvas.clone());
-        Ok(Self { cell, scene, truth, belief, drawing, pens })
+        let (belief, scan) = match &scenario.scan {
+            Some(settings) => {
+                let furniture: Vec<TriMesh> = scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+                let size = [drawing.width, drawing.height];
+                let (belief, scan) = Scan::make(settings, &truth, &furniture, size, scenario.seed)?;
+                (belief, Some(scan))
+            }
+            None => (BelievedCanvas(scene.canvas.clone()), None),
+        };
+        Ok(Self { cell, scene, truth, belief, scan, drawing, pens })
     }
 
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.

@@ -7,12 +7,13 @@ use crate::art::depth::SemanticsError;
 use crate::config::ConfigError;
 use crate::drawing::DrawingError;
 use crate::ink::InkError;
-use crate::mesh::MeshError;
+use crate::mesh::{MeshError, MeshFileError};
 use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
+use crate::scan::ScanError;
 use crate::scenario::ScenarioError;
 use crate::surface::{MapError, SceneError};
 use crate::twin::TwinError;
@@ -54,6 +55,17 @@ pub enum RunError {
         /// Why not.
         source: MeshError,
     },
+    /// The scan gives no canvas.
+    #[error("{}: {source}", cloud.as_ref().map_or("scan".into(), |c| c.display().to_string()))]
+    Scan {
+        /// The cloud's file; none when a simulated camera scanned.
+        cloud: Option<PathBuf>,
+        /// Why not.
+        source: ScanError,
+    },
+    /// The cloud can't be read.
+    #[error(transparent)]
+    Cloud(#[from] MeshFileError),
     /// A pen can't be used.
     #[error(transparent)]
     Pen(#[from] ConfigError),

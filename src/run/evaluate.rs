@@ -4,9 +4,10 @@ use std::time::Instant;
 
 use crate::drawing::Drawing;
 use crate::math::Digest;
-use crate::measure::{DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
+use crate::measure::{BeliefMetrics, DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
 use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
+use crate::run::scan::Scan;
 use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured};
 use crate::scenario::{Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch};
 use crate::surface::{Mapping, Projection, map_drawing};
@@ -23,6 +24,7 @@ struct Believed {
     drawing_metrics: DrawingMetrics,
     mapping_metrics: MappingMetrics,
     plan_metrics: PlanMetrics,
+    belief_metrics: Option<BeliefMetrics>,
 }
 
 type Slot = Arc<OnceLock<Result<Arc<Believed>, Arc<RunError>>>>;
@@ -62,8 +64,12 @@ impl Cache {
 /// counts where something before the plan draws from it: strokes made of a picture.
 fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
     let mut s = scenario.clone();
-    let BeliefKind::Mesh = s.canvas.belief;
-    if !matches!(s.drawing.artwork, Artwork::Picture(_)) {
+    let seeded = match s.canvas.belief {
+        BeliefKind::Mesh => false,
+        // the camera's noise
+        BeliefKind::Scan => true,
+    };
+    if !seeded && !matches!(s.drawing.artwork, Artwork::Picture(_)) {
         s.seed = 0;
     }
     (s.name, s.description) = (String::new(), String::new());
@@ -88,8 +94,9 @@ fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, Run
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     let plan = Plan { arms: vec![planned.plan] };
     let plan_metrics = PlanMetrics::of(&plan, &planned.reach, started.elapsed().as_secs_f64());
+    let belief_metrics = cast.scan.as_ref().map(Scan::metrics);
     let Cast { drawing, pens, .. } = cast;
-    Ok(Believed { drawing, pens, plan, drawing_metrics, mapping_metrics, plan_metrics })
+    Ok(Believed { drawing, pens, plan, drawing_metrics, mapping_metrics, plan_metrics, belief_metrics })
 }
 
 /// A scenario's figures, from drawing to measuring: those of [`run`](crate::run::run) but for pictures and likeness, without a
@@ -99,6 +106,7 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
     let believed = cache.believed(scenario, progress)?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(believed.drawing_metrics.clone());
+    metrics.belief = believed.belief_metrics.clone();
     metrics.mapping = Some(believed.mapping_metrics.clone());
     metrics.plan = Some(believed.plan_metrics.clone());
     let cast = Cast::load(scenario, believed.drawing.clone(), believed.pens.clone())?;

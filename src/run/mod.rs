@@ -9,6 +9,7 @@ mod picture_art;
 mod pictures;
 mod preview;
 mod progress;
+mod scan;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -107,6 +108,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 
     progress.stage("mapping", None);
     let cast = Cast::load(scenario, made.drawing.clone(), drawn.pens.clone())?;
+    metrics.belief = cast.scan.as_ref().map(scan::Scan::metrics);
     let started = Instant::now();
     let mapping = Projection::new(&cast.belief);
     let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
@@ -114,6 +116,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     metrics.mapping = Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds));
     if until == Until::Mapping {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
         let text = serde_json::to_vec(&mapped)?;
         written.other(out.write("mapped.json", &text)?, "Wished contact points and normals on the canvas, m, world");
         return finish(metrics, written, out);
@@ -122,6 +125,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     drawn.write(&made, out, &mut written)?;
+    cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
     let reach = planned.reach;
     let plan = Plan { arms: vec![planned.plan] };
     metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));

@@ -10,6 +10,7 @@ use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
     Style, TspSettings,
 };
+use super::scan::ScanSettings;
 use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
 
 /// A scenario file: TOML, unknown keys refused, everything but the drawing and the canvas optional.
@@ -35,6 +36,9 @@ pub struct ScenarioFile {
     /// What it is drawn on.
     #[serde(default)]
     pub canvas: CanvasFile,
+    /// How the canvas is scanned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scan: Option<ScanSettings>,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

@@ -11,6 +11,7 @@ mod file;
 mod overrides;
 mod picture;
 mod resolve;
+mod scan;
 mod settings;
 
 pub use accept::Unmet;
@@ -23,6 +24,7 @@ pub use picture::{
     StippleSettings, Style, TspSettings,
 };
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
+pub use scan::{ScanCamera, ScanPose, ScanSettings};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
 
 #[cfg(test)]

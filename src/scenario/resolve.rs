@@ -13,6 +13,7 @@ use super::check::Check;
 use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
 use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
+use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
 
 /// A scenario that can't be used.
@@ -79,6 +80,8 @@ pub struct Scenario {
     pub canvas: CanvasSpec,
     /// What is drawn with.
     pub pen: PenSpec,
+    /// How the canvas is scanned; there when the belief is a scan.
+    pub scan: Option<ScanSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -198,6 +201,13 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
     let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
+    let scan = match (belief, typed.scan) {
+        (BeliefKind::Scan, scan) => Some(resolve_scan(scan.unwrap_or_default(), &folder, check)?),
+        (_, None) => None,
+        (_, Some(_)) => {
+            return Err(check.sentence("scan", "`[scan]` is heeded with `belief = \"scan\"` under `[canvas]` alone"));
+        }
+    };
     check_plan(&typed.plan, check)?;
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
@@ -210,6 +220,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
         drawing,
         canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
+        scan,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -345,6 +356,7 @@ impl From<Scenario> for ScenarioFile {
                 change_s: s.pen.change_s,
                 inks: s.pen.inks.into_iter().map(|(ink, pen)| (ink, text(pen))).collect(),
             },
+            scan: s.scan,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

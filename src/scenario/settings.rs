@@ -24,6 +24,8 @@ pub enum BeliefKind {
     /// Its nominal mesh.
     #[default]
     Mesh,
+    /// A mesh through the points of a depth camera, as `[scan]` says.
+    Scan,
 }
 
 /// `[plan]`: how strokes become joint motion.

@@ -1,0 +1,121 @@
+//! The canvas that the robot believes in after a scan.
+use std::path::PathBuf;
+use std::time::Instant;
+
+use nalgebra::{Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use super::{RunError, Written};
+use crate::math::Pose;
+use crate::measure::BeliefMetrics;
+use crate::mesh::{self, PointCloud, TriMesh};
+use crate::report::OutputDir;
+use crate::scan::{
+    DepthCamera, MeshingOptions, ScanOptions, ScanReport, Viewpoint, Viewpoints, from_cloud, scan_canvas,
+};
+use crate::scenario::{ScanPose, ScanSettings};
+use crate::surface::{BelievedCanvas, TrueCanvas};
+
+/// What a scan left.
+pub(super) struct Scan {
+    cloud: PointCloud,
+    metrics: BeliefMetrics,
+}
+
+impl Scan {
+    /// Scans the true canvas, among `furniture`, for a drawing of `size` (m), or takes the cloud that the settings name.
+    pub fn make(
+        settings: &ScanSettings,
+        truth: &TrueCanvas,
+        furniture: &[TriMesh],
+        size: [f64; 2],
+        seed: u64,
+    ) -> Result<(BelievedCanvas, Self), RunError> {
+        let started = Instant::now();
+        let file = settings.cloud.as_ref().map(PathBuf::from);
+        let made = match &file {
+            Some(file) => {
+                let mut cloud = mesh::read_cloud(file, settings.scale)?;
+                if let Some(pose) = settings.pose {
+                    place(&mut cloud, pose);
+                }
+                from_cloud(&cloud, &truth.name, &truth.sheet, size, &meshing(settings))
+            }
+            None => scan_canvas(truth, furniture, &truth.sheet, size, &options(settings), seed),
+        };
+        let (belief, report) = made.map_err(|source| RunError::Scan { cloud: file, source })?;
+        let seconds = started.elapsed().as_secs_f64();
+        let ScanReport { measured, cloud, noise, .. } = report;
+        let metrics = BeliefMetrics {
+            measured: Some(measured),
+            points: Some(cloud.points.len()),
+            noise_mm: Some(noise * 1e3),
+            duration_s: Some(seconds),
+            ..BeliefMetrics::of("scan", truth, &belief, size)
+        };
+        Ok((belief, Self { cloud, metrics }))
+    }
+
+    /// Its figures.
+    pub fn metrics(&self) -> BeliefMetrics {
+        self.metrics.clone()
+    }
+
+    /// Writes the cloud, and the surface that was made of it.
+    pub fn write(&self, belief: &BelievedCanvas, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+        let content = "The cleaned cloud of the scan, with normals, m, world";
+        written.other(out.write("scan.ply", &self.cloud.to_ply())?, content);
+        let content = "The canvas as the robot believes it to be, m, world";
+        written.other(out.write("belief.ply", &mesh::ply_bytes(&belief.mesh))?, content);
+        Ok(())
+    }
+}
+
+/// Moves a cloud into the world.
+fn place(cloud: &mut PointCloud, pose: ScanPose) {
+    let [roll, pitch, yaw] = pose.rpy_deg.map(f64::to_radians);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(roll, pitch, yaw));
+    let pose = Pose::from_parts(Translation3::from(Vector3::from(pose.xyz_mm) * 1e-3), rotation);
+    cloud.points.iter_mut().for_each(|p| *p = pose * *p);
+    cloud.normals.iter_mut().for_each(|n| *n = pose * *n);
+}
+
+fn meshing(s: &ScanSettings) -> MeshingOptions {
+    MeshingOptions {
+        margin: s.margin_mm * 1e-3,
+        voxel: s.voxel_mm * 1e-3,
+        outlier_deviations: s.outlier_deviations,
+        triangle: s.triangle_mm * 1e-3,
+        radius: s.smooth_mm.map(|mm| mm * 1e-3),
+        hole: s.hole_mm * 1e-3,
+    }
+}
+
+/// Settings of the scan: SI units.
+fn options(s: &ScanSettings) -> ScanOptions {
+    let point = |mm: [f64; 3]| Point3::from(mm.map(|x| x * 1e-3));
+    let views = if s.cameras.is_empty() {
+        Viewpoints::Around { count: s.views as usize, distance: s.distance_mm * 1e-3, slant: s.slant_deg.to_radians() }
+    } else {
+        let view = |c: &crate::scenario::ScanCamera| Viewpoint { eye: point(c.eye_mm), target: point(c.target_mm) };
+        Viewpoints::At(s.cameras.iter().map(view).collect())
+    };
+    ScanOptions {
+        camera: DepthCamera {
+            size_px: s.image_px.map(|px| px as usize),
+            field_of_view: s.field_of_view_deg.map(f64::to_radians),
+            baseline: s.baseline_mm * 1e-3,
+            range: s.range_mm.map(|mm| mm * 1e-3),
+            noise_px: s.noise_px,
+            window_px: s.window_px as usize,
+            disparity_step_px: s.disparity_step_px,
+            dropout: s.dropout,
+            mismatches: s.mismatches,
+            grazing: s.grazing_deg.to_radians(),
+        },
+        views,
+        calibration: s.calibration_mm * 1e-3,
+        calibration_angle: s.calibration_deg.to_radians(),
+        register: s.register,
+        meshing: meshing(s),
+    }
+}
