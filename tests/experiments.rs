@@ -166,7 +166,8 @@ fn results_are_the_same_however_they_are_done() {
     desk.same("one", "torn");
 
     // really killed
-    let mut child = desk.command(&["experiment", "e.toml", "--out", "killed", "-q"]).stderr(Stdio::null()).spawn().unwrap();
+    let mut child =
+        desk.command(&["experiment", "e.toml", "--out", "killed", "-q"]).stderr(Stdio::null()).spawn().unwrap();
     let began = Instant::now();
     let lines = || fs::read(desk.path("killed/trials.jsonl")).map_or(0, |b| b.iter().filter(|b| **b == b'\n').count());
     while lines() < 3 && began.elapsed() < Duration::from_secs(120) && child.try_wait().unwrap().is_none() {
@@ -207,7 +208,10 @@ fn a_trial_that_cant_be_done_is_a_row_and_a_missed_bound_an_exit_code() {
     let output = desk.run(&["experiment", "e.toml", "--out", "out"]);
     let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("error: rate.success, mean: 0.500000, should be at least 0.9 (1 of its trials failed)"), "{stderr}");
+    assert!(
+        stderr.contains("error: rate.success, mean: 0.500000, should be at least 0.9 (1 of its trials failed)"),
+        "{stderr}"
+    );
     assert!(stdout.contains("kept   line.coverage"), "{stdout}");
     let csv = fs::read_to_string(desk.path("out/results.csv")).unwrap();
     let failed = csv.lines().find(|l| l.starts_with("1,")).unwrap();
@@ -243,15 +247,30 @@ fn each_mistake_is_one_line_with_its_place() {
         ("[vary]\n'pen.press_depth_mm' = []\n", "e.toml:4: `pen.press_depth_mm`: an axis needs values"),
         ("[vary]\n'pen.press_depth_mm' = [1, 60]\n", "e.toml:4: `press_depth_mm` must be from 0 to 50, not 60"),
         ("[vary]\n'pen.press_depth_mm' = 3\n", "e.toml:4: `pen.press_depth_mm`: doesn't vary"),
-        ("[vary]\n'pen.press_depth_mm' = { unifrom = [1, 2] }\n", "e.toml:4: `pen.press_depth_mm`: no distribution `unifrom`"),
-        ("[vary]\n'pen.press_depth_mm' = { from = 1, to = 2, steps = 1 }\n", "e.toml:4: `pen.press_depth_mm`: `steps` counts"),
+        (
+            "[vary]\n'pen.press_depth_mm' = { unifrom = [1, 2] }\n",
+            "e.toml:4: `pen.press_depth_mm`: no distribution `unifrom`",
+        ),
+        (
+            "[vary]\n'pen.press_depth_mm' = { from = 1, to = 2, steps = 1 }\n",
+            "e.toml:4: `pen.press_depth_mm`: `steps` counts",
+        ),
         ("[vary]\n'pen.press_depth_mm' = { normal = [-9, 0.1] }\n", "(trial 0)"),
-        ("[set]\n'pen.change_s' = 3\n[vary]\n'pen.change_s' = [1, 2]\n", "e.toml:4: `pen.change_s` is set here and varied"),
+        (
+            "[set]\n'pen.change_s' = 3\n[vary]\n'pen.change_s' = [1, 2]\n",
+            "e.toml:4: `pen.change_s` is set here and varied",
+        ),
         ("[[case]]\nname = 'a'\n[[case]]\nname = 'a'\n", "e.toml:6: each case needs a name of its own"),
         ("[[case]]\nname = 'a'\nset = { 'pen.kind' = 'quill' }\n", "e.toml:5: no pen `quill`"),
         ("[rate]\nx = 'line.coverage = 1'\n", "e.toml:4: `line.coverage = 1` should be a figure"),
-        ("[accept]\n'line.coverag' = { min = 1 }\n", "e.toml:4: no metric `line.coverag`: did you mean `line.coverage`?"),
-        ("[accept]\n'line.coverage' = { mean_mni = 1 }\n", "e.toml:4: `line.coverage`: unknown key `mean_mni`: did you mean"),
+        (
+            "[accept]\n'line.coverag' = { min = 1 }\n",
+            "e.toml:4: no metric `line.coverag`: did you mean `line.coverage`?",
+        ),
+        (
+            "[accept]\n'line.coverage' = { mean_mni = 1 }\n",
+            "e.toml:4: `line.coverage`: unknown key `mean_mni`: did you mean",
+        ),
         ("[accept]\n'line.coverage' = {}\n", "e.toml:4: `line.coverage` needs a bound"),
         ("[accept]\n'line.coverage' = { min = 1, case = 'b' }\n", "e.toml:4: no case `b`"),
         ("[accept]\n'line.coverage' = { min = 1, at = { x = 1 } }\n", "e.toml:4: no axis `x`"),
@@ -261,12 +280,19 @@ fn each_mistake_is_one_line_with_its_place() {
         ("[[plot]]\nkind = 'pie'\nmetric = 'line.coverage'\n", "unknown value `pie`"),
         ("[worst]\nmetric = 'line.coverage'\nn = 0\n", "e.toml:5: `n` must be from 1 to 100"),
     ] {
-        let whole = if text.contains("scenario =") || text.starts_with("trials") { text.into() } else { format!("{small}{text}") };
+        let whole = if text.contains("scenario =") || text.starts_with("trials") {
+            text.into()
+        } else {
+            format!("{small}{text}")
+        };
         Desk::new(&whole).refuses(&["experiment", "e.toml"], &[expected, "e.toml"]);
     }
     let desk = Desk::new(small);
     desk.refuses(&["experiment", "absent.toml"], &["absent.toml: "]);
-    desk.refuses(&["experiment", "stifness_sweep"], &["no experiment `stifness_sweep`: did you mean `stiffness_sweep`?"]);
+    desk.refuses(
+        &["experiment", "stifness_sweep"],
+        &["no experiment `stifness_sweep`: did you mean `stiffness_sweep`?"],
+    );
     desk.refuses(&["experiment", "e.toml", "--trial", "1"], &["no trial 1: the experiment has 1, from 0 to 0"]);
     desk.refuses(&["experiment", "e.toml", "--shard", "0/3"], &["`0/3` should be a share such as 3/10"]);
     desk.write("s.toml", "[drawing]\nsource = 'x.svg'\n[canvas]\nscene = 'plane_table'\n");
@@ -282,6 +308,10 @@ fn every_experiment_that_comes_with_the_program_is_right() {
     for file in files {
         let experiment = Experiment::read(&file, None).unwrap_or_else(|e| panic!("{e}"));
         assert!(!experiment.description.is_empty(), "{}: no description", file.display());
-        assert!(!experiment.accept.is_empty() && !experiment.plots.is_empty(), "{}: no bounds or plots", file.display());
+        assert!(
+            !experiment.accept.is_empty() && !experiment.plots.is_empty(),
+            "{}: no bounds or plots",
+            file.display()
+        );
     }
 }

@@ -100,7 +100,7 @@ pub struct LayerMetrics {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct BeliefMetrics {
-    /// `scan`, or another belief that isn't the nominal mesh.
+    /// `scan` or `touch`.
     pub kind: String,
     /// Points that were measured.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -108,6 +108,15 @@ pub struct BeliefMetrics {
     /// Points that the surface was made of.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
+    /// Probes that met the canvas before the first stroke.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probes: Option<usize>,
+    /// Mean difference of met and predicted height over the first quarter of what was drawn, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_error_first_mm: Option<f64>,
+    /// The same over the last quarter, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_error_last_mm: Option<f64>,
     /// Vertices of the believed surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices: Option<usize>,
@@ -398,6 +407,13 @@ impl MetricPath {
         metric("drawing.duration_s", "s", "time the computer took to read or make the strokes"),
         metric("belief.measured", "", "points that the camera measured"),
         metric("belief.points", "", "points that the believed surface was made of"),
+        metric("belief.probes", "", "probes that met the canvas before the first stroke"),
+        metric(
+            "belief.height_error_first_mm",
+            "mm",
+            "how far the pen met the canvas from where it expected it, in the first quarter of the drawing",
+        ),
+        metric("belief.height_error_last_mm", "mm", "the same in the last quarter"),
         metric("belief.vertices", "", "vertices of the believed surface"),
         metric("belief.triangles", "", "triangles of the believed surface"),
         metric("belief.noise_mm", "mm", "spread of the measured points about the believed surface"),
