@@ -27,13 +27,7 @@ pub struct StrokeHeights {
 
 impl StrokeHeights {
     /// Sums up the differences (m) of a stroke; `None` where there are none.
-    pub fn of(
-        layer: usize,
-        stroke: usize,
-        time: f64,
-        known: usize,
-        errors: impl Iterator<Item = f64>,
-    ) -> Option<Self> {
+    pub fn of(layer: usize, stroke: usize, time: f64, known: usize, errors: impl Iterator<Item = f64>) -> Option<Self> {
         let (mut bias, mut size) = (Running::default(), Running::default());
         for e in errors {
             bias.push(e);
@@ -73,10 +67,8 @@ mod tests {
     #[test]
     fn quarters_are_of_the_places_met() {
         let of = |stroke, n: usize, e: f64| StrokeHeights::of(0, stroke, 0.0, 0, std::iter::repeat_n(e, n));
-        let strokes: Vec<_> = [of(0, 10, -0.002), of(1, 0, 9.0), of(2, 60, 0.001), of(3, 30, 0.0005)]
-            .into_iter()
-            .flatten()
-            .collect();
+        let strokes: Vec<_> =
+            [of(0, 10, -0.002), of(1, 0, 9.0), of(2, 60, 0.001), of(3, 30, 0.0005)].into_iter().flatten().collect();
         let m = BeliefMetrics::default().with_heights(&strokes);
         assert!((m.height_error_first_mm.unwrap() - (10.0 * 2.0 + 15.0) / 25.0).abs() < 1e-12);
         assert!((m.height_error_last_mm.unwrap() - 0.5).abs() < 1e-12);

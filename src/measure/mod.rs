@@ -2,11 +2,13 @@
 
 mod belief;
 mod figures;
+mod heights;
 mod line;
 mod metrics;
 mod segments;
 mod width;
 
+pub use heights::StrokeHeights;
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,

@@ -7,15 +7,16 @@ use nalgebra::{Point2, Point3};
 
 use crate::control::ImpedanceController;
 use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
-use crate::measure::{BeliefMetrics, StrokeHeights};
-use crate::mesh::TriMesh;
+use crate::measure::{BeliefMetrics, MappingMetrics, Metrics, PlanMetrics, StrokeHeights};
+use crate::mesh::{self, TriMesh};
 use crate::plan::{
     ArmPlan, MotionSample, Obstruction, Plan, PlanError, PlanOptions, ReachReport, Segment, SegmentKind, Step,
     StepPlanner, Trajectory, Unreachable,
 };
+use crate::report::{OutputDir, heights_csv, heights_figure};
 use crate::robot::JointVector;
 use crate::run::cast::Cast;
-use crate::run::{Progress, RunError, options};
+use crate::run::{Progress, RunError, Written, options};
 use crate::scenario::{Scenario, TouchSettings};
 use crate::surface::{BelievedCanvas, Mapping, Projection, SurfaceTarget, TouchedCanvas, map_drawing};
 use crate::twin::{ArmEnd, Feeling, Felt, Guard, Record, Simulation, Surroundings, TwinArm};
@@ -72,11 +73,7 @@ pub(super) fn draw(
     };
     let first = order.first().map_or(0, |r| r.layer);
     let mut simulation = Simulation::new(vec![twin], &[first], &world, &options::twin_options(scenario))?;
-    simulation.feel(Feeling {
-        force_noise: touch.force_noise_n,
-        contact_force: 0.5 * touch.contact_n,
-        stride: STRIDE,
-    });
+    simulation.feel(Feeling { force_noise: touch.force_noise_n, contact_force: 0.5 * touch.contact_n, stride: STRIDE });
     let half = Point2::new(0.5 * cast.drawing.width, 0.5 * cast.drawing.height);
     let margin = nalgebra::Vector2::repeat(touch.margin_mm * 1e-3);
     let extent = [Point2::from(-half.coords - margin), Point2::from(half.coords + margin)];
@@ -133,6 +130,34 @@ pub(super) fn draw(
         belief,
         planning: hand.planning,
     })
+}
+
+impl Touched {
+    /// Figures of belief, mapping and plan.
+    pub fn measured(&self, scenario: &Scenario, cast: &Cast, metrics: &mut Metrics) -> Result<(), RunError> {
+        let mapping = Projection::new(&self.belief);
+        let started = Instant::now();
+        let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+        let seconds = started.elapsed().as_secs_f64();
+        metrics.belief = Some(self.metrics.clone());
+        metrics.mapping = Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds));
+        metrics.plan = Some(PlanMetrics::of(&self.plan, &self.reach, self.planning));
+        Ok(())
+    }
+
+    /// Writes how belief grew, and what it came to.
+    pub fn write(&self, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+        let csv = heights_csv(&self.heights);
+        written.other(out.write("belief.csv", csv.as_bytes())?, "Predicted less met height, stroke by stroke");
+        let content = "The canvas as the robot believes it to be in the end, m, world";
+        written.other(out.write("belief.ply", &mesh::ply_bytes(&self.belief.mesh))?, content);
+        let svg = heights_figure(&self.heights).svg();
+        written.picture(
+            out.write("belief.svg", svg.as_bytes())?,
+            "How far the pen met the canvas from where it expected it",
+        );
+        Ok(())
+    }
 }
 
 /// The arm at work, and what it has learned.
@@ -210,8 +235,7 @@ impl Hand<'_> {
         }
         let rest = planner.brake(&self.last, DWELL);
         let (felt, _) = self.execute(stroke, vec![step(SegmentKind::Press, rest)], None)?;
-        let points: Vec<Point3<f64>> =
-            felt.iter().rev().take(AVERAGED).map(|f| self.surface_point(f)).collect();
+        let points: Vec<Point3<f64>> = felt.iter().rev().take(AVERAGED).map(|f| self.surface_point(f)).collect();
         if points.is_empty() {
             return Ok(false);
         }
@@ -313,7 +337,7 @@ impl Hand<'_> {
                 let canvas = self.believed(0.0)?;
                 let rest = &targets[first..];
                 tries += 1;
-                if tries > 4 {
+                if tries > 6 {
                     why = why.or(Some(Obstruction::NoApproach));
                     break;
                 }
@@ -321,9 +345,9 @@ impl Hand<'_> {
                     let clear = self.clear()?;
                     let span = [self.options.hover, -self.touch.seek_mm * 1e-3];
                     let speed = self.options.landing_speed;
-                    let way = planner.posture(&canvas, rest, place.layer).and_then(|q| {
-                        planner.approach(&canvas, &clear, &rest[0], Some(&q), &self.at, span, speed)
-                    });
+                    let way = planner
+                        .posture(&canvas, rest, place.layer)
+                        .and_then(|q| planner.approach(&canvas, &clear, &rest[0], Some(&q), &self.at, span, speed));
                     self.planning += started.elapsed().as_secs_f64();
                     let way = match way {
                         Ok(way) => way,
@@ -346,10 +370,8 @@ impl Hand<'_> {
                 self.planning += started.elapsed().as_secs_f64();
                 match planned {
                     Ok(Some(drawn)) => {
-                        let steps = vec![
-                            step(SegmentKind::Press, drawn.enter),
-                            (SegmentKind::Draw, drawn.draw, drawn.depth),
-                        ];
+                        let steps =
+                            vec![step(SegmentKind::Press, drawn.enter), (SegmentKind::Draw, drawn.draw, drawn.depth)];
                         let (felt, _) = self.execute(stroke, steps, None)?;
                         for f in felt.iter().filter(|f| f.kind == SegmentKind::Draw) {
                             let point = self.surface_point(f);

@@ -13,6 +13,7 @@ mod picture;
 mod resolve;
 mod scan;
 mod settings;
+mod touch;
 
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
@@ -26,6 +27,7 @@ pub use picture::{
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use scan::{ScanCamera, ScanPose, ScanSettings};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
+pub use touch::TouchSettings;
 
 #[cfg(test)]
 mod tests;

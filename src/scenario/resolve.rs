@@ -15,6 +15,7 @@ use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
+use super::touch::{TouchSettings, check_touch};
 
 /// A scenario that can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -82,6 +83,8 @@ pub struct Scenario {
     pub pen: PenSpec,
     /// How the canvas is scanned; there when the belief is a scan.
     pub scan: Option<ScanSettings>,
+    /// How the canvas is learned by touch; there when that is the belief.
+    pub touch: Option<TouchSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -209,6 +212,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         }
     };
     check_plan(&typed.plan, check)?;
+    let touch = resolve_touch(belief, mapping, typed.touch, typed.plan.hover_mm, check)?;
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
     check_render(&typed.render, check)?;
@@ -221,6 +225,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         drawing,
         canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
         scan,
+        touch,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -228,6 +233,31 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         render: typed.render,
         accept: typed.accept,
     })
+}
+
+/// The touch settings, when the canvas is learned by touch.
+fn resolve_touch(
+    belief: BeliefKind,
+    mapping: MappingKind,
+    touch: Option<TouchSettings>,
+    hover_mm: f64,
+    check: &Check,
+) -> Result<Option<TouchSettings>, ScenarioError> {
+    if belief != BeliefKind::Touch {
+        return match touch {
+            None => Ok(None),
+            Some(_) => {
+                Err(check.sentence("touch", "`[touch]` is heeded with `belief = \"touch\"` under `[canvas]` alone"))
+            }
+        };
+    }
+    if mapping != MappingKind::Projection {
+        let message = "`mapping` must be \"projection\" with `belief = \"touch\"`: a map needs the whole surface first";
+        return Err(check.sentence("canvas.mapping", message));
+    }
+    let touch = touch.unwrap_or_default();
+    check_touch(&touch, hover_mm, check)?;
+    Ok(Some(touch))
 }
 
 fn resolve_pen(typed: PenFile, assets: &Assets, folder: &Path, check: &Check) -> Result<PenSpec, ScenarioError> {
@@ -357,6 +387,7 @@ impl From<Scenario> for ScenarioFile {
                 inks: s.pen.inks.into_iter().map(|(ink, pen)| (ink, text(pen))).collect(),
             },
             scan: s.scan,
+            touch: s.touch,
             plan: s.plan,
             control: s.control,
             sim: s.sim,
