@@ -445,8 +445,8 @@ impl Hand<'_> {
     ) -> Result<Vec<SurfaceTarget>, RunError> {
         let alone = InkLayer { strokes: vec![piece.clone()], ..layer.clone() };
         let alone = Drawing::new(drawing.width, drawing.height, vec![alone]);
-        let mapping: &dyn Mapping = &Projection::new(&self.believed(0.0)?);
-        let mut mapped = map_drawing(&alone, mapping, step)?;
+        let believed = self.believed(0.0)?;
+        let mut mapped = map_drawing(&alone, &Projection::new(&believed), step)?;
         Ok(mapped.layers.remove(0).strokes.into_iter().next().map(|s| s.targets).unwrap_or_default())
     }
 }
