@@ -111,6 +111,8 @@ each!(
     layered_depth,
     letter,
     painterly,
+    patterns_column_conformal,
+    patterns_column_projection,
     stylus_signature,
     tsp_portrait
 );

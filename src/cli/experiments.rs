@@ -2,7 +2,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::experiment::{self, Experiment, Results, Shard};
+use crate::experiment::{self, Experiment, Results, Shard, summary_text};
 use crate::report::OutputDir;
 use crate::run::Cache;
 use crate::scenario::AssetKind;
@@ -37,7 +37,7 @@ pub(super) fn experiment(args: &Args, task: &Task, resume: bool) -> Result<Endin
         );
         Printer::new().text(&text)?;
     }
-    tell(args, &results, &out)
+    tell(args, &experiment, &results, &out)
 }
 
 /// `experiment --trial`: one trial by itself, and its row.
@@ -60,7 +60,7 @@ pub(super) fn merge(args: &Args, folders: &[PathBuf], out: &Path) -> Result<Endi
     let progress = listener(args.quiet, args.verbose);
     let results = experiment::results(&experiment, &rows, &out, progress.as_ref())?;
     drop(progress);
-    tell(args, &results, &out)
+    tell(args, &experiment, &results, &out)
 }
 
 fn read(task: &Task) -> Result<(PathBuf, Experiment), CommandError> {
@@ -70,11 +70,11 @@ fn read(task: &Task) -> Result<(PathBuf, Experiment), CommandError> {
 }
 
 /// The summary on standard output, missed bounds on standard error.
-fn tell(args: &Args, results: &Results, out: &OutputDir) -> Result<Ending, CommandError> {
+fn tell(args: &Args, experiment: &Experiment, results: &Results, out: &OutputDir) -> Result<Ending, CommandError> {
     let Some(summary) = &results.summary else { return Ok(Ending::Done) };
     if !args.quiet {
         let page = out.path().join("report.html");
-        Printer::new().text(&format!("{}report     {}\n", summary.text(), page.display()))?;
+        Printer::new().text(&format!("{}report {}\n", summary_text(experiment, summary), page.display()))?;
     }
     for missed in summary.accept.iter().filter(|v| !v.met) {
         print::error(&missed.to_string());

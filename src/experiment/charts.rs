@@ -30,9 +30,15 @@ pub(super) fn chart(experiment: &Experiment, spec: &PlotSpec, rows: &[Row]) -> F
 
 /// A range with air at both ends, and from 0 where 0 is near.
 fn aired(low: f64, high: f64) -> (f64, f64) {
-    let air = 0.06 * (high - low).max(1e-9 * high.abs()).max(1e-300);
-    let floor = if low >= 0.0 && low < 0.5 * high { 0.0 } else { low - air };
-    (floor, high + air)
+    let span = high - low;
+    let air = match (span > 1e-9 * high.abs(), high != 0.0) {
+        (true, _) => 0.06 * span,
+        // one value: room to see that it is one
+        (false, true) => 0.1 * high.abs(),
+        (false, false) => 1.0,
+    };
+    let from_zero = low == 0.0 || (low > 0.0 && low < 0.5 * high);
+    (if from_zero { 0.0 } else { low - air }, high + air)
 }
 
 /// Ticks of an axis whose values aren't numbers: their words.
@@ -204,7 +210,7 @@ fn heatmap(experiment: &Experiment, spec: &PlotSpec, rows: &[Row]) -> Figure {
     if low.is_finite() {
         let frame = Frame { left: WIDTH - 36.0, top: top(0), right: WIDTH - 20.0, bottom: top(0) + height };
         let mut bar = Plot::within(frame, (0.0, 1.0), (low, high)).with_x_ticks(Vec::new());
-        const STRIPES: usize = 64;
+        const STRIPES: usize = 128;
         for i in 0..STRIPES {
             let at = |i: usize| low + (high - low) * i as f64 / STRIPES as f64;
             bar.cell(heat_color((i as f64 + 0.5) / STRIPES as f64), (0.0, 1.0), (at(i), at(i + 1)), "");
@@ -212,4 +218,56 @@ fn heatmap(experiment: &Experiment, spec: &PlotSpec, rows: &[Row]) -> Figure {
         figure.add(&bar, "", "");
     }
     figure
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::path::Path;
+
+    use super::*;
+
+    const TEXT: &str = "scenario = 'grid_plane'\ntrials = 2\n[vary]\n'pen.press_depth_mm' = [1, 10]\n'pen.kind' = ['marker', 'felt_tip']\n\
+        [[case]]\nname = 'a <&> b'\n[[case]]\nname = 'c'\n[[plot]]\nkind = 'curve'\nmetric = 'line.coverage'\naxis = 'pen.press_depth_mm'\nlog = true\n\
+        [[plot]]\nkind = 'curve'\nmetric = 'rate.success'\naxis = 'pen.kind'\n[[plot]]\nkind = 'histogram'\nmetric = 'line.coverage'\n\
+        [[plot]]\nkind = 'heatmap'\nmetric = 'line.coverage'\naxis = 'pen.kind'\naxis_y = 'pen.press_depth_mm'\n";
+
+    fn rows(experiment: &Experiment, value: impl Fn(&super::super::Trial) -> Option<f64>) -> Vec<Row> {
+        let row = |i| {
+            let t = experiment.trial(i).unwrap();
+            let metrics: BTreeMap<String, f64> =
+                value(&t).map(|x| ("line.coverage".to_string(), x)).into_iter().collect();
+            let case = experiment.cases[t.case].name.clone();
+            Row { trial: i, case, cell: t.cell, repeat: t.repeat, axes: t.axes, metrics, ..Row::default() }
+        };
+        (0..experiment.total()).map(row).collect()
+    }
+
+    #[test]
+    fn axes_begin_at_zero_where_it_is_near() {
+        assert_eq!([aired(0.0, 0.0), aired(2.0, 2.0)], [(0.0, 1.0), (1.8, 2.2)]);
+        assert_eq!((aired(0.2, 1.0).0, aired(0.0, 1.0).0), (0.0, 0.0));
+        assert!(aired(0.9, 1.0).0 > 0.89 && aired(-1.0, 1.0).0 < -1.0);
+    }
+
+    #[test]
+    fn all_kinds_are_drawn_of_any_values() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/experiments/x.toml");
+        let experiment = Experiment::parse(TEXT, &file, None).unwrap();
+        let nothing = rows(&experiment, |_| None);
+        let one = rows(&experiment, |_| Some(0.0));
+        let some = rows(&experiment, |t| (t.repeat == 0).then(|| t.index as f64 * 1e-7 - 3.0));
+        for rows in [&nothing, &one, &some] {
+            for spec in &experiment.plots {
+                let figure = chart(&experiment, spec, rows);
+                let svg = figure.svg();
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{:?}: {svg}", spec.kind);
+                assert!(!svg.contains("a <&> b"), "names are escaped");
+                figure.png().unwrap();
+            }
+        }
+        // a curve's dots are where the means are
+        let figure = chart(&experiment, &experiment.plots[0], &some);
+        assert_eq!(figure.svg().matches("<circle").count(), 4);
+    }
 }

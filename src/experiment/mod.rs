@@ -20,6 +20,7 @@ mod shard;
 mod spec;
 mod summary;
 mod table;
+mod terminal;
 mod trials;
 mod value;
 
@@ -39,6 +40,7 @@ pub use row::{Row, Status};
 pub use shard::Shard;
 pub use spec::{Case, Experiment, PlotSpec, Trial, Worst};
 pub use summary::{Contrast, Group, Summary};
+pub use terminal::summary_text;
 pub use trials::try_one;
 pub use value::{Distribution, Template};
 

@@ -34,7 +34,8 @@ fn line_of(text: &str, section: Section, key: &str) -> usize {
         Section::Plot(i) => ("plot", i),
     };
     let leaf = key.rsplit('.').next().unwrap_or(key);
-    let (mut header, mut seen, mut start, mut by_leaf) = (String::new(), 0, None, None);
+    let (mut header, mut seen, mut start) = (String::new(), 0, None);
+    let (mut by_name, mut by_leaf) = (None, None);
     for (number, line) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         if let Some(head) = line.strip_prefix('[') {
             let is_item = head.starts_with('[');
@@ -55,15 +56,19 @@ fn line_of(text: &str, section: Section, key: &str) -> usize {
         if !here || line.starts_with('#') {
             continue;
         }
-        if line.contains(key) {
+        // `key = ...`, or a key in an inline table, or `[vary.control]` with `speed_mm_s` in it
+        let name_here = line.split('=').next().unwrap_or("").trim().trim_matches(['"', '\'']);
+        if name_here == key {
             return number;
         }
-        // `[vary.control]` with `speed_mm_s` in it, or dotted keys without quotes
-        if !leaf.is_empty() && line.contains(leaf) {
+        let quoted = |q: char| line.contains(&format!("{q}{key}{q}"));
+        if quoted('"') || quoted('\'') || (key.contains('.') && line.contains(key)) {
+            by_name.get_or_insert(number);
+        } else if !leaf.is_empty() && (name_here == leaf || leaf.len() > 2 && line.contains(leaf)) {
             by_leaf.get_or_insert(number);
         }
     }
-    by_leaf.or(start).unwrap_or(1)
+    by_name.or(by_leaf).or(start).unwrap_or(1)
 }
 
 #[cfg(test)]
@@ -74,7 +79,7 @@ mod tests {
     fn the_line_of_a_key_is_found_in_its_section() {
         let text = "name = 'x'\nseed = 1\n[set]\n\"control.speed_mm_s\" = 3\n[vary.control]\ndamping_ratio = [1]\n\
                     [[case]]\nname = 'a'\nset = { \"pen.kind\" = 'm' }\n[[case]]\nname = 'b'\n[case.set]\n\"pen.kind\" = 'n'\n\
-                    [[plot]]\nkind = 'curve'\n";
+                    [[plot]]\nkind = 'curve'\n[worst]\nmetric = 'line'\nn = 0\n";
         for (section, key, line) in [
             (Section::Top, "seed", 2),
             (Section::Set, "control.speed_mm_s", 4),
@@ -83,7 +88,8 @@ mod tests {
             (Section::Case(1), "pen.kind", 13),
             (Section::Case(1), "absent", 10),
             (Section::Plot(0), "metric", 14),
-            (Section::Worst, "metric", 1),
+            (Section::Plot(1), "metric", 1),
+            (Section::Worst, "n", 18),
         ] {
             assert_eq!(line_of(text, section, key), line, "{section:?} {key}");
         }

@@ -1,6 +1,5 @@
 //! Results summed up: each case at each point of the grid, each case, and the bounds.
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use serde::Serialize;
 use serde_json::Value;
@@ -8,7 +7,6 @@ use serde_json::Value;
 use crate::measure::MetricPath;
 
 use super::accept::Verdict;
-use super::axis::words;
 use super::estimate::Estimate;
 use super::quantity::Quantity;
 use super::row::Row;
@@ -115,47 +113,6 @@ impl Summary {
     /// The groups that say most: cells where there is a grid, else cases.
     pub fn groups(&self) -> &[Group] {
         if self.cells.is_empty() { &self.cases } else { &self.cells }
-    }
-
-    /// A few lines for a terminal.
-    pub fn text(&self) -> String {
-        let mut text = format!("experiment {}: {} trials, {} failed\n", self.experiment, self.trials, self.failures);
-        for group in self.groups() {
-            let name = group.name();
-            let name = if name.is_empty() { "all trials".into() } else { name };
-            let _ = write!(text, "{name}: ");
-            let shown = ["line.error_mean_mm", "line.coverage", "contact.force_mean_n", "contact.force_max_n"];
-            let figure = |path: &&str| {
-                let (e, metric) = (group.metrics.get(*path)?, MetricPath::find(path)?);
-                let interval = e.low.zip(e.high).map_or_else(String::new, |(a, b)| format!(" ({a:.4} to {b:.4})"));
-                Some(format!(
-                    "{path} {:.4}{interval}{}{}",
-                    e.mean,
-                    if metric.unit.is_empty() { "" } else { " " },
-                    metric.unit
-                ))
-            };
-            let mut parts: Vec<String> = shown.iter().filter_map(figure).collect();
-            for (name, e) in &group.rates {
-                if name != "success" || group.failures > 0 {
-                    parts.push(format!("{name} {:.1} %", e.mean * 100.0));
-                }
-            }
-            let _ = writeln!(text, "{}", parts.join(", "));
-        }
-        for verdict in &self.accept {
-            let _ = writeln!(text, "{} {verdict}", if verdict.met { "kept  " } else { "MISSED" });
-        }
-        text
-    }
-}
-
-impl Group {
-    /// Its case and its place on the axes.
-    pub fn name(&self) -> String {
-        let axes = self.axes.iter().map(|(k, v)| format!("{k} = {}", words(v)));
-        let case = (!self.case.is_empty()).then(|| self.case.clone());
-        case.into_iter().chain(axes).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -3,10 +3,12 @@ use crate::drawing::{Drawing, InkLayer};
 use crate::ink::InkTrace;
 use crate::math::Rgb;
 use crate::math::stats::Running;
+use crate::measure::laid::laid_strokes;
 use crate::measure::{
     ContactMetrics, DrawingMetrics, LayerMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure, PlanMetrics,
     SimMetrics,
 };
+use crate::mesh::Distortion;
 use crate::plan::{Plan, ReachReport, SegmentKind};
 use crate::surface::SurfaceDrawing;
 use crate::twin::{PlantKind, Record};
@@ -14,7 +16,7 @@ use crate::twin::{PlantKind, Record};
 /// Period of the controller, at which joint steps are counted, s.
 const CONTROL_PERIOD: f64 = 1e-3;
 /// Strokes shorter than this say nothing of length errors, m.
-const SHORT: f64 = 2e-3;
+pub(super) const SHORT: f64 = 2e-3;
 
 impl DrawingMetrics {
     /// Figures of the artwork.
@@ -46,18 +48,26 @@ impl LayerMetrics {
 }
 
 impl MappingMetrics {
+    /// With figures of how the canvas stretches the drawing; `flips` of the flattened canvas, where there is one.
+    pub fn with(self, distortion: Option<&Distortion>, flips: Option<usize>) -> Self {
+        let Some(d) = distortion else { return self };
+        Self {
+            angle_error_mean: Some(d.angle_error_mean),
+            angle_error_p95: Some(d.angle_error_p95),
+            area_ratio_p05: Some(d.area_ratio_p05),
+            area_ratio_p95: Some(d.area_ratio_p95),
+            quasi_conformal_mean: Some(d.quasi_conformal_mean),
+            quasi_conformal_max: Some(d.quasi_conformal_max),
+            flips,
+            ..self
+        }
+    }
+
     /// Figures of a mapping: how much strokes are stretched or shrunk on the canvas.
     pub fn of(kind: &str, drawing: &Drawing, mapped: &SurfaceDrawing, duration_s: f64) -> Self {
-        let mut worst: Option<f64> = None;
-        for (flat, laid) in drawing.layers.iter().zip(&mapped.layers) {
-            for stroke in &laid.strokes {
-                let Some(wished) = flat.strokes.get(stroke.index).map(|s| s.length()) else { continue };
-                if wished >= SHORT {
-                    let laid: f64 = stroke.targets.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum();
-                    worst = Some(worst.unwrap_or(0.0).max((laid / wished - 1.0).abs()));
-                }
-            }
-        }
+        let strokes = laid_strokes(drawing, mapped);
+        let errors = strokes.iter().filter(|s| s.wished_m >= SHORT).map(|s| (s.laid_m / s.wished_m - 1.0).abs());
+        let worst = errors.fold(None, |worst: Option<f64>, e| Some(worst.unwrap_or(0.0).max(e)));
         Self { kind: kind.into(), length_error_max: worst, duration_s: Some(duration_s), ..Default::default() }
     }
 }

@@ -146,7 +146,7 @@ pub struct BeliefMetrics {
 pub struct MappingMetrics {
     /// `projection` or `conformal`.
     pub kind: String,
-    /// Mean error of angles between crossing lines, degrees.
+    /// Mean over the drawing's area of the most that a right angle can change, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_error_mean: Option<f64>,
     /// 95th percentile of the same, degrees.
@@ -158,6 +158,15 @@ pub struct MappingMetrics {
     /// 95th percentile of the same.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_ratio_p95: Option<f64>,
+    /// Mean over the drawing's area of the larger by the smaller stretch at a place; 1 where angles are kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quasi_conformal_mean: Option<f64>,
+    /// Largest value of the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quasi_conformal_max: Option<f64>,
+    /// Triangles of the flattened canvas that lie turned over; absent where nothing was flattened.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flips: Option<usize>,
     /// Largest relative error of a stroke's length.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_error_max: Option<f64>,
@@ -421,7 +430,11 @@ impl MetricPath {
         metric("belief.error_p95_mm", "mm", "the same; 95 % of the sheet is better than this"),
         metric("belief.error_max_mm", "mm", "the same at the worst place"),
         metric("belief.duration_s", "s", "time the computer took to scan and to make the surface"),
-        metric("mapping.angle_error_mean", "deg", "how much the canvas skews right angles of the sheet, on average"),
+        metric(
+            "mapping.angle_error_mean",
+            "deg",
+            "the most that a right angle of the sheet changes on the canvas, mean of all places",
+        ),
         metric("mapping.angle_error_p95", "deg", "the same; 95 % of the drawing is better than this"),
         metric(
             "mapping.area_ratio_p05",
@@ -429,6 +442,13 @@ impl MetricPath {
             "area on the canvas by area on the sheet; 5 % of the drawing is below this",
         ),
         metric("mapping.area_ratio_p95", "", "the same; 95 % of the drawing is below this"),
+        metric(
+            "mapping.quasi_conformal_mean",
+            "",
+            "larger by smaller stretch at a place, mean of all places; 1 where angles are kept",
+        ),
+        metric("mapping.quasi_conformal_max", "", "the same at the worst place"),
+        metric("mapping.flips", "", "triangles of the flattened canvas that lie turned over"),
         metric("mapping.length_error_max", "", "largest relative change of a stroke's length"),
         metric("mapping.duration_s", "s", "time the computer took to lay the drawing on the canvas"),
         metric("plan.reachable_fraction", "", "share of the wished line that the robot can draw"),

@@ -3,12 +3,14 @@
 mod belief;
 mod figures;
 mod heights;
+mod laid;
 mod line;
 mod metrics;
 mod segments;
 mod width;
 
 pub use heights::StrokeHeights;
+pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,

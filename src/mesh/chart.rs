@@ -82,6 +82,11 @@ impl Chart {
         Some(self.patch.mesh.point_at(found.triangle, found.barycentric))
     }
 
+    /// Whether a point of the plane lies on the chart, if only on a hole of it.
+    pub fn covers(&self, flat: &Point2<f64>) -> bool {
+        self.flat_mesh.closest_point_within(&Point3::new(flat.x, flat.y, 0.0), ON_EDGE).is_some()
+    }
+
     /// The chart's point at the surface point nearest to `world`, if that is nearer than `max_distance` (m) and not more than
     /// 1 mm beyond the patch's boundary or an open hole's.
     pub fn to_flat(&self, world: &Point3<f64>, max_distance: f64) -> Option<Point2<f64>> {

@@ -13,6 +13,8 @@ mod laplacian;
 mod lscm;
 mod obj;
 mod patch;
+#[cfg(test)]
+mod patch_tests;
 mod ply;
 mod polygon;
 mod repair;

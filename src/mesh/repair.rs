@@ -149,8 +149,15 @@ impl Sheet {
         let kept: Vec<[u32; 3]> =
             triangles.iter().zip(&component).filter(|(_, c)| **c == chosen).map(|(t, _)| *t).collect();
         let anchor_triangle = component[..nearest].iter().filter(|c| **c == chosen).count();
-        repairs.parts += components - 1;
-        repairs.part_triangles += triangles.len() - kept.len();
+        // the far side of a canvas is no loose part: only what faces the artist is told
+        let mut faces = vec![0; components];
+        for (t, &c) in triangles.iter().zip(&component) {
+            if c != chosen && Triangle::of(&vertices, t).area_vector().dot(outward) > 0.0 {
+                faces[c as usize] += 1;
+            }
+        }
+        repairs.parts += faces.iter().filter(|n| **n > 0).count();
+        repairs.part_triangles += faces.iter().sum::<usize>();
         if components > 1 {
             gluing = Gluing::new(&vertices, &kept);
         }

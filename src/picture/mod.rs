@@ -12,6 +12,7 @@ mod cube;
 mod error;
 mod image;
 mod ink;
+pub mod lettering;
 mod light;
 mod majority;
 mod palette;

@@ -164,7 +164,7 @@ impl Plot {
         let ink = if light { "#1b2a41" } else { "#ffffff" };
         let _ = writeln!(
             self.body,
-            r##"<rect fill="#{r:02x}{g:02x}{b:02x}" x="{left:.2}" y="{top:.2}" width="{:.2}" height="{:.2}"/>"##,
+            r##"<rect shape-rendering="crispEdges" fill="#{r:02x}{g:02x}{b:02x}" x="{left:.2}" y="{top:.2}" width="{:.2}" height="{:.2}"/>"##,
             right - left + 0.3,
             bottom - top + 0.3,
         );

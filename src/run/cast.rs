@@ -27,7 +27,20 @@ pub(super) struct Cast {
 }
 
 impl Cast {
+    /// All that the scenario names, with what the robot believes of the canvas.
     pub(super) fn load(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
+        let mut cast = Self::nominal(scenario, drawing, pens)?;
+        if let Some(settings) = &scenario.scan {
+            let furniture: Vec<TriMesh> = cast.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+            let size = [cast.drawing.width, cast.drawing.height];
+            let (belief, scan) = Scan::make(settings, &cast.truth, &furniture, size, scenario.seed)?;
+            (cast.belief, cast.scan) = (belief, Some(scan));
+        }
+        Ok(cast)
+    }
+
+    /// The same with the nominal canvas in belief's place: for whoever needs the true side alone.
+    pub(super) fn nominal(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
         let cell = Cell::load(&scenario.robot)?;
         if cell.arms.len() != 1 {
             return Err(RunError::ArmCount { robot: cell.name, arms: cell.arms.len() });
@@ -38,16 +51,8 @@ impl Cast {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
         scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
         let truth = TrueCanvas(scene.canvas.clone());
-        let (belief, scan) = match &scenario.scan {
-            Some(settings) => {
-                let furniture: Vec<TriMesh> = scene.furniture.iter().map(|f| f.mesh.clone()).collect();
-                let size = [drawing.width, drawing.height];
-                let (belief, scan) = Scan::make(settings, &truth, &furniture, size, scenario.seed)?;
-                (belief, Some(scan))
-            }
-            None => (BelievedCanvas(scene.canvas.clone()), None),
-        };
-        Ok(Self { cell, scene, truth, belief, scan, drawing, pens })
+        let belief = BelievedCanvas(scene.canvas.clone());
+        Ok(Self { cell, scene, truth, belief, scan: None, drawing, pens })
     }
 
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.

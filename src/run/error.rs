@@ -15,7 +15,7 @@ use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
 use crate::scan::ScanError;
 use crate::scenario::ScenarioError;
-use crate::surface::{MapError, SceneError};
+use crate::surface::{FlattenError, MapError, SceneError};
 use crate::twin::TwinError;
 
 /// Why a run couldn't be done. Each says in one line what is wrong and what would be right.
@@ -90,6 +90,9 @@ pub enum RunError {
     /// The drawing doesn't fit on the canvas.
     #[error(transparent)]
     Map(#[from] MapError),
+    /// The canvas can't be flattened for the drawing.
+    #[error(transparent)]
+    Flatten(#[from] FlattenError),
     /// The drawing can't be planned.
     #[error(transparent)]
     Plan(#[from] PlanError),

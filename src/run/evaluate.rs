@@ -7,10 +7,11 @@ use crate::math::Digest;
 use crate::measure::{BeliefMetrics, DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
 use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
+use crate::run::laying::{lay, mapping_onto, overlaid, own_layers};
 use crate::run::scan::Scan;
 use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured, touching};
 use crate::scenario::{Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch};
-use crate::surface::{Mapping, Projection, map_drawing};
+use crate::surface::StretchField;
 use crate::twin::LayerPen;
 
 /// Plans kept by a [`Cache`]: a few more than threads work on at a time.
@@ -84,7 +85,8 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
 fn draw(scenario: &Scenario, progress: &dyn Progress) -> Result<(Drawing, Vec<LayerPen>, DrawingMetrics), RunError> {
     let started = Instant::now();
     let sketch = Sketch::from(scenario);
-    let drawing = artwork::make(&sketch, progress)?.drawing;
+    let mut drawing = artwork::make(&sketch, progress)?.drawing;
+    overlaid(&mut drawing, scenario);
     let pens = cast::pens(&drawing, &sketch.pen)?;
     let metrics = DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64());
     Ok((drawing, pens, metrics))
@@ -94,10 +96,13 @@ fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, Run
     let (drawing, pens, drawing_metrics) = draw(scenario, progress)?;
     let cast = Cast::load(scenario, drawing, pens)?;
     let started = Instant::now();
-    let mapping = Projection::new(&cast.belief);
-    let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+    let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
+    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3)?;
     let seconds = started.elapsed().as_secs_f64();
-    let mapping_metrics = MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds);
+    let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
+    let own = own_layers(&cast.drawing, scenario);
+    let mapping_metrics = MappingMetrics::of(mapping.kind(), &own, &mapped, seconds)
+        .with(field.distortion().as_ref(), flattened.map(|f| f.chart.flips));
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     let plan = Plan { arms: vec![planned.plan] };
@@ -119,7 +124,8 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
         let touched = touching::draw(scenario, touch, &cast, progress)?;
         metrics.drawing = Some(drawing_metrics);
         touched.measured(scenario, &cast, &mut metrics)?;
-        measured(scenario, &cast, &touched.record, &mut metrics)?;
+        let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+        measured(scenario, &cast, &touched.record, mapping.as_ref(), &mut metrics)?;
         return Ok(metrics);
     }
     let believed = cache.believed(scenario, progress)?;
@@ -127,9 +133,11 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
     metrics.belief = believed.belief_metrics.clone();
     metrics.mapping = Some(believed.mapping_metrics.clone());
     metrics.plan = Some(believed.plan_metrics.clone());
-    let cast = Cast::load(scenario, believed.drawing.clone(), believed.pens.clone())?;
-    let record = make_record(scenario, &cast, &believed.plan, progress)?;
-    measured(scenario, &cast, &record, &mut metrics)?;
+    // what the robot believes is in the plan: it isn't scanned again
+    let cast = Cast::nominal(scenario, believed.drawing.clone(), believed.pens.clone())?;
+    let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let record = make_record(scenario, &cast, &believed.plan, mapping.as_ref(), progress)?;
+    measured(scenario, &cast, &record, mapping.as_ref(), &mut metrics)?;
     Ok(metrics)
 }
 

@@ -2,8 +2,10 @@
 
 mod artwork;
 mod cast;
+mod distortion;
 mod error;
 mod evaluate;
+mod laying;
 mod options;
 mod picture_art;
 mod pictures;
@@ -19,14 +21,14 @@ use crate::control::ImpedanceController;
 use crate::drawing::svg_write;
 use crate::ink::{RasterOptions, rasterise};
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
+    ContactMetrics, DrawingMetrics, Laid, LineMetrics, MappingMetrics, Metrics, PlanMetrics, SimMetrics, line_fit,
     width_error,
 };
 use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{Scenario, Sketch};
-use crate::surface::{Mapping, Projection, SurfaceDrawing, map_drawing};
+use crate::surface::{Mapping, StretchField, SurfaceDrawing};
 use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 
 pub use error::RunError;
@@ -35,6 +37,7 @@ pub use progress::{Progress, Silent};
 
 use artwork::Made;
 use cast::Cast;
+use laying::{lay, mapping_onto, overlaid, own_layers, write_laid};
 use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
@@ -99,7 +102,8 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     progress.stage("drawing", None);
     let started = Instant::now();
     let sketch = Sketch::from(scenario);
-    let made = artwork::make(&sketch, progress)?;
+    let mut made = artwork::make(&sketch, progress)?;
+    overlaid(&mut made.drawing, scenario);
     let drawn = Drawn::new(&sketch, &made, started, &mut metrics)?;
     if until == Until::Drawing {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
@@ -119,17 +123,25 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
         write_plan(&cast, &touched.plan, out, &mut written)?;
         touched.write(out, &mut written)?;
-        return report(scenario, &cast, &drawn, &touched.record, &toml, metrics, written, out, progress);
+        let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+        let record = &touched.record;
+        return report(scenario, &cast, &drawn, record, mapping.as_ref(), &toml, metrics, written, out, progress);
     }
     metrics.belief = cast.scan.as_ref().map(scan::Scan::metrics);
     let started = Instant::now();
-    let mapping = Projection::new(&cast.belief);
-    let mapped = map_drawing(&cast.drawing, &mapping, scenario.plan.step_mm * 1e-3)?;
+    let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
+    let mapped = lay(scenario, &cast, &cast.belief, mapping.as_ref(), scenario.plan.step_mm * 1e-3)?;
     let seconds = started.elapsed().as_secs_f64();
-    metrics.mapping = Some(MappingMetrics::of(mapping.kind(), &cast.drawing, &mapped, seconds));
+    let field = StretchField::of(mapping.as_ref(), [cast.drawing.width, cast.drawing.height]);
+    let own = own_layers(&cast.drawing, scenario);
+    let flips = flattened.as_ref().map(|f| f.chart.flips);
+    let figures = MappingMetrics::of(mapping.kind(), &own, &mapped, seconds);
+    metrics.mapping = Some(figures.with(field.distortion().as_ref(), flips));
+    let laid = Laid::new(mapping.kind(), &own, &mapped, &field, flattened.as_ref());
     if until == Until::Mapping {
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
         cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
+        write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
         let text = serde_json::to_vec(&mapped)?;
         written.other(out.write("mapped.json", &text)?, "Wished contact points and normals on the canvas, m, world");
         return finish(metrics, written, out);
@@ -139,6 +151,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     drawn.write(&made, out, &mut written)?;
     cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
+    write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
     let reach = planned.reach;
     let plan = Plan { arms: vec![planned.plan] };
     metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));
@@ -148,8 +161,9 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
-    let record = make_record(scenario, &cast, &plan, progress)?;
-    report(scenario, &cast, &drawn, &record, &toml, metrics, written, out, progress)
+    let (true_mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let record = make_record(scenario, &cast, &plan, true_mapping.as_ref(), progress)?;
+    report(scenario, &cast, &drawn, &record, true_mapping.as_ref(), &toml, metrics, written, out, progress)
 }
 
 /// Writes the segments and the joint paths of a plan.
@@ -171,6 +185,7 @@ fn report(
     cast: &Cast,
     drawn: &Drawn,
     record: &Record,
+    mapping: &dyn Mapping,
     toml: &str,
     mut metrics: Metrics,
     mut written: Written,
@@ -178,7 +193,7 @@ fn report(
     progress: &dyn Progress,
 ) -> Result<Outcome, RunError> {
     progress.stage("measuring", None);
-    measured(scenario, cast, record, &mut metrics)?;
+    measured(scenario, cast, record, mapping, &mut metrics)?;
     metrics.image = Some(drawn.likenesses.metrics(Some(&record.ink))?);
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
@@ -278,12 +293,18 @@ fn make_plan(
 }
 
 /// The figures of what was drawn, but for pictures.
-fn measured(scenario: &Scenario, cast: &Cast, record: &Record, metrics: &mut Metrics) -> Result<(), RunError> {
+fn measured(
+    scenario: &Scenario,
+    cast: &Cast,
+    record: &Record,
+    mapping: &dyn Mapping,
+    metrics: &mut Metrics,
+) -> Result<(), RunError> {
     metrics.digest = Some(record.digest.clone());
     metrics.sim = Some(SimMetrics::of(record, scenario.sim.plant));
     metrics.contact = Some(ContactMetrics::of(record));
     // the wished line lies where the drawing falls on the true canvas
-    let wished = map_drawing(&cast.drawing, &Projection::new(&cast.truth), MEASURE_STEP)?;
+    let wished = lay(scenario, cast, &cast.truth, mapping, MEASURE_STEP)?;
     let widths: Vec<f64> = cast.pens.iter().map(|p| p.pen.width_nominal).collect();
     metrics.line = line_fit(&wished, &record.ink, &widths).map(|fit| LineMetrics {
         width_error_p90: width_error(&wished, &record.ink, 0.9),
@@ -292,16 +313,20 @@ fn measured(scenario: &Scenario, cast: &Cast, record: &Record, metrics: &mut Met
     Ok(())
 }
 
-fn make_record(scenario: &Scenario, cast: &Cast, plan: &Plan, progress: &dyn Progress) -> Result<Record, RunError> {
+fn make_record(
+    scenario: &Scenario,
+    cast: &Cast,
+    plan: &Plan,
+    mapping: &dyn Mapping,
+    progress: &dyn Progress,
+) -> Result<Record, RunError> {
     progress.stage("simulating", Some((plan.duration() * 1e3) as u64));
     let arms = cast.cell.arms.iter().map(|arm| TwinArm {
         model: arm.model.clone(),
         controller: ImpedanceController::new(arm.model.clone(), options::control_options(scenario)),
         start: arm.home,
     });
-    let mapping = Projection::new(&cast.truth);
-    let world =
-        Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping: &mapping, pens: &cast.pens };
+    let world = Surroundings { canvas: &cast.truth, friction: cast.scene.friction, mapping, pens: &cast.pens };
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
     let mut hear = |time: f64| progress.advance((time * 1e3) as u64);
     Ok(simulate(arms.collect(), plan, &world, &colors, &options::twin_options(scenario), &mut hear)?)

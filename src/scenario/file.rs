@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::surface::MappingKind;
+use crate::math::Rgb;
+use crate::surface::{FlattenOptions, MappingKind};
 
 use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
@@ -218,6 +219,29 @@ pub struct CanvasFile {
     pub belief: BeliefKind,
     /// Moves the drawing right and up on the sheet, mm.
     pub offset_mm: [f64; 2],
+    /// How a conformal map is made.
+    pub conformal: FlattenOptions,
+    /// The drawing once more over the first, laid by another mapping: to compare the two on one canvas.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overlay: Option<Overlay>,
+}
+
+/// `[canvas.overlay]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Overlay {
+    /// How the second drawing is laid on the canvas.
+    pub mapping: MappingKind,
+    /// Its ink.
+    #[serde(default = "Overlay::orange")]
+    #[schemars(with = "[u8; 3]")]
+    pub color: Rgb,
+}
+
+impl Overlay {
+    fn orange() -> Rgb {
+        Rgb([236, 112, 24])
+    }
 }
 
 /// `[pen]`.

@@ -18,7 +18,7 @@ mod touch;
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
 pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
-pub use file::{CanvasFile, DrawingFile, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
+pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;
 pub use picture::{
     ColorSettings, EdgeSettings, Hand, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, Separation,

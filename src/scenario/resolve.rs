@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{self, ConfigError};
 use crate::measure::MetricPath;
-use crate::surface::MappingKind;
+use crate::surface::{FlattenOptions, MappingKind};
 
 use super::assets::{AssetKind, Assets};
 use super::check::Check;
 use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
-use super::file::{CanvasFile, PenFile, ScenarioFile, Threshold};
+use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
@@ -48,6 +48,10 @@ pub struct CanvasSpec {
     pub belief: BeliefKind,
     /// Moves the drawing right and up on the sheet, mm.
     pub offset_mm: [f64; 2],
+    /// How a conformal map is made.
+    pub conformal: FlattenOptions,
+    /// The drawing once more, laid by another mapping.
+    pub overlay: Option<Overlay>,
 }
 
 /// What is drawn with.
@@ -198,11 +202,15 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
 
     let stem = || check.file.file_stem().map_or_else(|| "scenario".into(), |s| s.to_string_lossy().into_owned());
     let drawing = resolve_drawing(typed.drawing, &folder, check)?;
-    let CanvasFile { scene, mapping, belief, offset_mm } = typed.canvas;
+    let CanvasFile { scene, mapping, belief, offset_mm, conformal, overlay } = typed.canvas;
     let scene = scene.ok_or_else(|| check.sentence("canvas.scene", "`[canvas]` needs a `scene`, as \"hemisphere\""))?;
     for x in offset_mm {
         check.within("canvas.offset_mm", x, -10_000.0, 10_000.0)?;
     }
+    if let Some(margin) = conformal.margin_mm {
+        check.within("canvas.conformal.margin_mm", margin, 0.0, 10_000.0)?;
+    }
+    check.within("canvas.conformal.bridge_mm", conformal.bridge_mm, 0.0, 10_000.0)?;
     let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
     let scan = match (belief, typed.scan) {
         (BeliefKind::Scan, scan) => Some(resolve_scan(scan.unwrap_or_default(), &folder, check)?),
@@ -223,7 +231,14 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         seed: typed.seed,
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
         drawing,
-        canvas: CanvasSpec { scene: asset("canvas.scene", AssetKind::Scene, &scene)?, mapping, belief, offset_mm },
+        canvas: CanvasSpec {
+            scene: asset("canvas.scene", AssetKind::Scene, &scene)?,
+            mapping,
+            belief,
+            offset_mm,
+            conformal,
+            overlay,
+        },
         scan,
         touch,
         pen,
@@ -379,6 +394,8 @@ impl From<Scenario> for ScenarioFile {
                 mapping: s.canvas.mapping,
                 belief: s.canvas.belief,
                 offset_mm: s.canvas.offset_mm,
+                conformal: s.canvas.conformal,
+                overlay: s.canvas.overlay,
             },
             pen: PenFile {
                 kind: text(s.pen.kind),

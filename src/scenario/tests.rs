@@ -66,7 +66,8 @@ fn mistakes_name_their_line_and_what_would_be_right() {
     let house = House::new();
     for (extra, expected) in [
         ("[pen]\npres_depth_mm = 3\n", "s.toml:7: unknown key `pres_depth_mm`: did you mean `press_depth_mm`?"),
-        ("mapping = 'conformal'\n", "s.toml:6: unknown value `conformal`: known are projection"),
+        ("mapping = 'conforml'\n", "s.toml:6: unknown value `conforml`: did you mean `conformal`?"),
+        ("[canvas.conformal]\nmargin_mm = -1\n", "s.toml:7: `margin_mm` must be from 0 to 10000, not -1"),
         ("[control]\nspeed_mm_s = -4\n", "s.toml:7: `speed_mm_s` must be greater than 0, not -4"),
         ("[control]\ndelay_ms = nan\n", "s.toml:7: `delay_ms` must be a finite number, not NaN"),
         ("[pen]\nkind = 'markr'\n", "s.toml:7: no pen `markr`: did you mean `marker`?"),

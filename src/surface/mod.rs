@@ -1,7 +1,9 @@
 //! Believed canvases, and the mapping of a drawing onto them.
 
 mod canvas;
+mod conformal;
 mod heights;
+mod laid;
 mod mapped;
 mod projection;
 mod scene;
@@ -9,8 +11,10 @@ mod shape;
 mod touched;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame, TrueCanvas};
+pub use conformal::{ConformalMap, FlattenError, FlattenMethod, FlattenOptions, FlattenReport, PatchKind};
 pub use heights::{HeightTree, Touch, TouchedSurface};
+pub use laid::{MappingKind, StretchField, mapping_of};
 pub use mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
-pub use projection::{MapError, MapFailure, MapProblem, MappingKind, Projection, map_drawing};
+pub use projection::{MapError, MapFailure, MapProblem, Projection, map_drawing};
 pub use scene::{Furniture, Scene, SceneError};
 pub use touched::TouchedCanvas;

@@ -1,6 +1,5 @@
 //! Orthographic projection of a drawing onto a canvas, and the resampling of strokes on any mapping.
 use nalgebra::{Point2, Point3};
-use serde::{Deserialize, Serialize};
 
 use super::canvas::{Canvas, SheetFrame};
 use super::mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
@@ -18,16 +17,6 @@ const SAME_POINT: f64 = 1e-9;
 const MAX_HALVINGS: u32 = 24;
 /// Largest number of targets that a drawing may be cut into.
 const MAX_TARGETS: f64 = 5e7;
-
-/// How a drawing is laid on a canvas.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum MappingKind {
-    /// Orthographic projection along the sheet's normal.
-    #[default]
-    Projection,
-}
 
 /// Orthographic projection: a sheet point goes along -z of the sheet until it meets the canvas from the artist's side.
 /// How far the sheet floats from the canvas makes no difference.

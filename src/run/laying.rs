@@ -1,0 +1,86 @@
+//! The drawing laid on a canvas, as the scenario asks: by one mapping, or by two over each other.
+use crate::drawing::{Drawing, InkLayer, StrokeRef};
+use crate::measure::Laid;
+use crate::report::OutputDir;
+use crate::run::cast::Cast;
+use crate::run::distortion::distortion_picture;
+use crate::run::{RunError, Written};
+use crate::scenario::Scenario;
+use crate::surface::{
+    Canvas, FlattenReport, Mapping, MappingKind, StretchField, SurfaceDrawing, map_drawing, mapping_of,
+};
+
+/// Adds the layers that are laid by the other mapping, if the scenario wishes for them: the drawing once more, in the other
+/// colour, drawn after it.
+pub(super) fn overlaid(drawing: &mut Drawing, scenario: &Scenario) {
+    let Some(overlay) = &scenario.canvas.overlay else { return };
+    let n = drawing.layers.len();
+    let again = |l: &InkLayer| InkLayer {
+        name: format!("{} by {}", l.name, name_of(overlay.mapping)),
+        color: overlay.color,
+        ..l.clone()
+    };
+    drawing.layers.extend(drawing.layers.iter().map(again).collect::<Vec<_>>());
+    let order = drawing.order.iter().map(|r| StrokeRef { layer: r.layer + n, ..*r });
+    drawing.order.extend(order.collect::<Vec<_>>());
+}
+
+fn name_of(kind: MappingKind) -> &'static str {
+    match kind {
+        MappingKind::Conformal => "conformal",
+        _ => "projection",
+    }
+}
+
+/// The layers that are laid by the scenario's own mapping.
+pub(super) fn own_layers(drawing: &Drawing, scenario: &Scenario) -> Drawing {
+    part(drawing, 0, drawing.layers.len() / if scenario.canvas.overlay.is_some() { 2 } else { 1 })
+}
+
+fn part(drawing: &Drawing, from: usize, to: usize) -> Drawing {
+    Drawing { layers: drawing.layers[from..to].to_vec(), order: Vec::new(), ..*drawing }
+}
+
+/// The scenario's mapping of the drawing's sheet onto a canvas, and what came of flattening it.
+pub(super) fn mapping_onto(
+    scenario: &Scenario,
+    cast: &Cast,
+    canvas: &Canvas,
+) -> Result<(Box<dyn Mapping>, Option<FlattenReport>), RunError> {
+    let sheet = [cast.drawing.width, cast.drawing.height];
+    Ok(mapping_of(canvas, scenario.canvas.mapping, sheet, &scenario.canvas.conformal)?)
+}
+
+/// The drawing on a canvas: its own layers by `mapping`, those laid over it by the other one.
+pub(super) fn lay(
+    scenario: &Scenario,
+    cast: &Cast,
+    canvas: &Canvas,
+    mapping: &dyn Mapping,
+    step: f64,
+) -> Result<SurfaceDrawing, RunError> {
+    let drawing = &cast.drawing;
+    let Some(overlay) = &scenario.canvas.overlay else { return Ok(map_drawing(drawing, mapping, step)?) };
+    let sheet = [drawing.width, drawing.height];
+    let (other, _) = mapping_of(canvas, overlay.mapping, sheet, &scenario.canvas.conformal)?;
+    let n = drawing.layers.len();
+    let mut laid = map_drawing(&part(drawing, 0, n / 2), mapping, step)?;
+    laid.layers.extend(map_drawing(&part(drawing, n / 2, n), other.as_ref(), step)?.layers);
+    laid.order.clone_from(&drawing.order);
+    Ok(laid)
+}
+
+/// Writes how the canvas stretches the drawing.
+pub(super) fn write_laid(
+    laid: &Laid,
+    field: &StretchField,
+    drawing: &Drawing,
+    out: &OutputDir,
+    written: &mut Written,
+) -> Result<(), RunError> {
+    let json = serde_json::to_vec_pretty(laid)?;
+    written.other(out.write("distortion.json", &json)?, "How the canvas stretches the drawing, and what was mended");
+    let png = distortion_picture(field, drawing)?.to_png(None)?;
+    written.picture(out.write("distortion.png", &png)?, "How the canvas stretches the drawing: areas, and angles");
+    Ok(())
+}

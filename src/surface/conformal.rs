@@ -1,0 +1,289 @@
+//! Conformal mapping of a drawing onto a canvas.
+use nalgebra::{Point2, Point3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::canvas::Canvas;
+use super::mapped::Mapping;
+use crate::mesh::{Chart, Distortion, Extent, FlatError, Flattening, Patch, PatchError, Repairs, SurfacePoint};
+
+/// Least width of the surface round the drawing that is flattened with it, m, unless an option says otherwise.
+const LEAST_MARGIN: f64 = 0.03;
+/// The same, as a share of the drawing's larger side.
+const MARGIN_SHARE: f64 = 0.25;
+/// Radius round the anchor, m, in which "upright" is measured: a single triangle of a scan may lean any way.
+const UPRIGHT_RADIUS: f64 = 0.01;
+/// A point farther than this, m, from the surface is not on it.
+const FAR: f64 = 0.05;
+/// Points at which the drawing's outline is looked up in the chart.
+const OUTLINE: usize = 256;
+
+/// How the canvas is flattened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FlattenMethod {
+    /// Boundary first flattening: no pinned points, and the least variation of scale.
+    #[default]
+    Bff,
+    /// Least squares conformal map, two points pinned.
+    Lscm,
+}
+
+/// How much of the canvas is flattened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum PatchKind {
+    /// The surface behind the sheet and a margin round it, as far as it faces the artist.
+    #[default]
+    Sheet,
+    /// All of the surface that hangs together with the point behind the sheet's centre, cut open if it must be.
+    Whole,
+}
+
+/// `[canvas.conformal]`: how a conformal map is made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FlattenOptions {
+    /// How the canvas is flattened.
+    pub flattening: FlattenMethod,
+    /// How much of the canvas is flattened.
+    pub patch: PatchKind,
+    /// Width of the surface round the drawing that is flattened with it, mm; when absent, 30 mm or a quarter of the
+    /// drawing's larger side, whichever is more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub margin_mm: Option<f64>,
+    /// Holes up to this wide, mm, may be crossed by the drawing.
+    pub bridge_mm: f64,
+}
+
+impl Default for FlattenOptions {
+    fn default() -> Self {
+        Self { flattening: FlattenMethod::Bff, patch: PatchKind::Sheet, margin_mm: None, bridge_mm: 10.0 }
+    }
+}
+
+/// Why a canvas can't be flattened for a drawing.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FlattenError {
+    /// No piece of surface can be cut out.
+    #[error(transparent)]
+    Patch(#[from] PatchError),
+    /// It can't be flattened.
+    #[error(transparent)]
+    Flat(#[from] FlatError),
+    /// A size is not a positive length.
+    #[error("a drawing of {width} x {height} m can't be laid on a surface")]
+    BadSize {
+        /// Width asked for, m.
+        width: f64,
+        /// Height asked for, m.
+        height: f64,
+    },
+    /// The drawing is larger than the flattened surface.
+    #[error(
+        "a drawing of {width_mm:.1} x {height_mm:.1} mm is larger than the flattened canvas: at most {most_width_mm:.1} x {most_height_mm:.1} mm of these proportions fit there"
+    )]
+    TooLarge {
+        /// Width of the drawing, mm.
+        width_mm: f64,
+        /// Its height, mm.
+        height_mm: f64,
+        /// Largest width that fits, mm.
+        most_width_mm: f64,
+        /// The height then, mm.
+        most_height_mm: f64,
+    },
+}
+
+/// What came of flattening a canvas.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlattenReport {
+    /// Vertices that were flattened.
+    pub vertices: usize,
+    /// Triangles that were flattened.
+    pub triangles: usize,
+    /// What was mended first.
+    pub repairs: Repairs,
+    /// The repairs in plain words, one sentence each.
+    pub mended: Vec<String>,
+    /// How all of the chart is stretched.
+    pub chart: Distortion,
+}
+
+/// A conformal map: a piece of the canvas is flattened so that angles are kept, and laid under the sheet so that the
+/// sheet's centre is over the surface point that the artist sees behind it, the sheet's upward direction is upward
+/// there, and lengths over the drawing's rectangle are real on average (the mean of the logarithm of scale is 0).
+#[derive(Clone)]
+pub struct ConformalMap {
+    chart: Chart,
+    half: [f64; 2],
+}
+
+impl ConformalMap {
+    /// Flattens the canvas round a drawing of size `sheet` (width, height, m).
+    ///
+    /// # Errors
+    /// No surface there, a surface that can't be flattened, and a drawing larger than what is flattened: that is judged by
+    /// the ellipse in the drawing's rectangle, since a round drawing may have no surface under its corners; a stroke
+    /// that does reach into a corner without surface is refused by [`super::map_drawing`].
+    pub fn new(
+        canvas: &Canvas,
+        sheet: [f64; 2],
+        options: &FlattenOptions,
+    ) -> Result<(Self, FlattenReport), FlattenError> {
+        let [width, height] = sheet;
+        if !sheet.iter().all(|s| s.is_finite() && *s > 0.0) {
+            return Err(FlattenError::BadSize { width, height });
+        }
+        let half = sheet.map(|s| s / 2.0);
+        let margin =
+            options.margin_mm.map_or_else(|| LEAST_MARGIN.max(MARGIN_SHARE * width.max(height)), |mm| mm * 1e-3);
+        let extent = match options.patch {
+            PatchKind::Sheet => Extent::Prism(half.map(|h| h + margin)),
+            PatchKind::Whole => Extent::Whole,
+        };
+        let method = match options.flattening {
+            FlattenMethod::Bff => Flattening::BoundaryFirst,
+            FlattenMethod::Lscm => Flattening::LeastSquares,
+        };
+        let frame = &canvas.sheet.world_from_sheet;
+        let patch = Patch::cut(&canvas.mesh, frame, extent, options.bridge_mm * 1e-3)?;
+        let up = frame * Vector3::y();
+        let chart = Chart::new(patch, method, &Point2::origin(), half, &up, UPRIGHT_RADIUS)?;
+        let all = Distortion::of(&chart.stretches()).ok_or(FlatError::Collapsed)?;
+        let map = Self { chart, half };
+        let most = map.largest();
+        if most < 1.0 {
+            return Err(FlattenError::TooLarge {
+                width_mm: 1e3 * width,
+                height_mm: 1e3 * height,
+                most_width_mm: 1e3 * width * most,
+                most_height_mm: 1e3 * height * most,
+            });
+        }
+        let patch = &map.chart.patch;
+        let report = FlattenReport {
+            vertices: patch.vertices.len(),
+            triangles: patch.triangles.len(),
+            repairs: patch.repairs.clone(),
+            mended: patch.repairs.sentences(),
+            chart: all,
+        };
+        Ok((map, report))
+    }
+
+    /// The flattened piece and its map. Triangles of surface points are those of its patch's mesh.
+    pub fn chart(&self) -> &Chart {
+        &self.chart
+    }
+
+    /// The largest share of the drawing's size, at most 1, at which the ellipse in its rectangle lies on the chart.
+    fn largest(&self) -> f64 {
+        let fits = |share: f64| {
+            (0..OUTLINE).all(|i| {
+                let (y, x) = (std::f64::consts::TAU * i as f64 / OUTLINE as f64).sin_cos();
+                self.chart.covers(&Point2::new(share * x * self.half[0], share * y * self.half[1]))
+            })
+        };
+        if fits(1.0) {
+            return 1.0;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            *(if fits(middle) { &mut low } else { &mut high }) = middle;
+        }
+        low
+    }
+}
+
+impl Mapping for ConformalMap {
+    fn to_surface(&self, sheet: &Point2<f64>) -> Option<SurfacePoint> {
+        self.chart.to_surface(sheet)
+    }
+
+    /// The chart's point at the nearest surface point; `None` farther than 50 mm from the surface, beyond its boundary, and
+    /// over holes that stay open.
+    fn to_sheet(&self, world: &Point3<f64>) -> Option<Point2<f64>> {
+        self.chart.to_flat(world, FAR)
+    }
+
+    fn kind(&self) -> &'static str {
+        "conformal"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Pose;
+    use crate::mesh::shapes::{self, Bumps};
+    use crate::surface::{Projection, SheetFrame, StretchField};
+
+    fn column() -> Canvas {
+        let bumps = Bumps { amplitude: 0.003, wavelength: 0.14 };
+        let mesh = shapes::column(0.15, 0.4, &bumps, 0.006).unwrap();
+        let turn = crate::math::frame_from_axes(&-Vector3::x(), &-Vector3::y());
+        let world_from_sheet = Pose::from_parts(nalgebra::Translation3::new(-0.2, 0.0, 0.2), turn);
+        Canvas { name: "column".into(), mesh, sheet: SheetFrame { world_from_sheet } }
+    }
+
+    #[test]
+    fn squares_stay_square_where_projection_stretches_them() {
+        let sheet = [0.2, 0.2];
+        let (map, report) = ConformalMap::new(&column(), sheet, &FlattenOptions::default()).unwrap();
+        assert!(report.mended.is_empty() && report.chart.flips == 0, "{report:?}");
+        let projection = Projection::new(&column());
+        let side = |mapping: &dyn Mapping, a: Point2<f64>, b: Point2<f64>| {
+            let at = |i: i32| mapping.to_surface(&(a + (b - a) * (f64::from(i) / 100.0))).unwrap().position;
+            (0..100).map(|i| (at(i + 1) - at(i)).norm()).sum::<f64>() / (b - a).norm() - 1.0
+        };
+        let worst = |mapping: &dyn Mapping| {
+            let at = |i: i32, j: i32| Point2::new(f64::from(2 * i - 7) / 70.0, f64::from(2 * j - 7) / 70.0);
+            let sides =
+                (0..7).flat_map(|i| (0..=7).flat_map(move |j| [(at(i, j), at(i + 1, j)), (at(j, i), at(j, i + 1))]));
+            sides.map(|(a, b)| side(mapping, a, b).abs()).fold(0.0, f64::max)
+        };
+        let (ours, theirs) = (worst(&map), worst(&projection));
+        assert!(ours < 0.02 && theirs > 0.2, "{ours} {theirs}");
+        let skew = |mapping: &dyn Mapping| StretchField::of(mapping, sheet).distortion().unwrap();
+        assert!(skew(&map).angle_error_mean < 0.2, "{:?}", skew(&map));
+        assert!(skew(&projection).angle_error_p95 > 5.0, "{:?}", skew(&projection));
+    }
+
+    #[test]
+    fn the_drawing_lies_upright_under_the_sheet_and_true_to_size() {
+        let canvas = column();
+        let (map, _) = ConformalMap::new(&canvas, [0.1, 0.1], &FlattenOptions::default()).unwrap();
+        let at = |x: f64, y: f64| map.to_surface(&Point2::new(x, y)).unwrap().position;
+        let seen = Projection::new(&canvas).to_surface(&Point2::origin()).unwrap().position;
+        assert!((at(0.0, 0.0) - seen).norm() < 1e-6);
+        let up = at(0.0, 0.004) - at(0.0, -0.004);
+        assert!((up.norm() / 0.008 - 1.0).abs() < 0.02);
+        let right = canvas.sheet.world_from_sheet * Vector3::x();
+        assert!((up.dot(&right) / up.norm()).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_drawing_larger_than_the_chart_is_told_how_large_it_may_be() {
+        let new = |sheet| ConformalMap::new(&column(), sheet, &FlattenOptions::default());
+        let Err(FlattenError::TooLarge { most_width_mm, most_height_mm, .. }) = new([0.3, 0.6]) else {
+            panic!("is refused")
+        };
+        assert!((380.0..400.0).contains(&most_height_mm), "{most_height_mm}");
+        assert!(new([0.95e-3 * most_width_mm, 0.95e-3 * most_height_mm]).is_ok());
+        assert!(matches!(new([0.0, 0.1]), Err(FlattenError::BadSize { .. })));
+    }
+
+    #[test]
+    fn points_off_the_patch_have_no_place_in_the_chart() {
+        let (map, _) = ConformalMap::new(&column(), [0.1, 0.1], &FlattenOptions::default()).unwrap();
+        assert!(map.to_sheet(&Point3::new(-0.16, 0.0, 0.2)).is_some());
+        assert!(map.to_sheet(&Point3::new(0.15, 0.0, 0.2)).is_none());
+        assert!(map.to_sheet(&Point3::new(-0.15, 0.0, 0.39)).is_none());
+        assert!(map.to_sheet(&Point3::new(f64::NAN, 0.0, 0.39)).is_none());
+    }
+}
