@@ -25,7 +25,7 @@ pub use planner::{PlanError, PlanStatistics, Planned, plan};
 pub use reach::{Obstruction, ReachReport, Unreachable};
 pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
 pub use spline::{JointSpline, SplinePoint};
-pub use stepwise::{DrawnPiece, Step, StepPlanner};
+pub use stepwise::{Descent, DrawnPiece, Step, StepPlanner};
 pub use surroundings::{Contact, PenUse, Room, Surroundings};
 pub use trajectory::{Knot, MotionPeaks, MotionSample, Trajectory};
 

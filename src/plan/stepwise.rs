@@ -39,6 +39,19 @@ pub struct StepPlanner<'a> {
     field: PostureField,
 }
 
+/// A motion straight down on a place, heights over it in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Descent {
+    /// Where it begins.
+    pub high: f64,
+    /// Where it becomes slow.
+    pub slow_from: f64,
+    /// Where it ends if it meets nothing.
+    pub low: f64,
+    /// Speed of the slow part, m/s.
+    pub speed: f64,
+}
+
 /// A piece of a stroke as motion.
 #[derive(Clone, Debug)]
 pub struct DrawnPiece {
@@ -125,8 +138,7 @@ impl<'a> StepPlanner<'a> {
         if up.len() > 1 { Ok(up) } else { Err(Obstruction::NoApproach) }
     }
 
-    /// From rest at `from` through the air to `high` (m) over a place, and from there straight down to `low` (m) over it, at `speed`
-    /// (m/s), in the posture `near` if given. `clear` is what the way through the air keeps clear of; where that can't be done, `canvas`.
+    /// From rest at `from` through the air to over a place, and from there straight down, in the posture `near` if given. `clear` is what the way through the air keeps clear of; where that can't be done, `canvas`.
     ///
     /// # Errors
     /// What is in the way.
@@ -138,18 +150,23 @@ impl<'a> StepPlanner<'a> {
         place: &SurfaceTarget,
         near: Option<&JointVector>,
         from: &JointVector,
-        [high, low]: [f64; 2],
-        speed: f64,
+        descent: &Descent,
     ) -> Result<[Trajectory; 2], Obstruction> {
         let cell = self.cell(canvas);
-        let way = self.axis(&cell, place, near, high, low)?;
+        let way = self.axis(&cell, place, near, descent.high, descent.low)?;
         let over = self
             .travel(clear, from, &way[0].1)
             .or_else(|| self.travel(canvas, from, &way[0].1))
             .ok_or(Obstruction::NoApproach)?;
         let (positions, q): (Vec<Vector3<f64>>, Vec<JointVector>) =
             way.iter().map(|(h, q)| (Vector3::new(0.0, 0.0, *h), *q)).unzip();
-        Ok([over, Trajectory::new(Piece::new(q, &positions, speed).time(&self.limits))])
+        let mut piece = Piece::new(q, &positions, self.options.travel_speed);
+        for (speed, (height, _)) in piece.speed.iter_mut().zip(&way) {
+            if *height <= descent.slow_from {
+                *speed = descent.speed;
+            }
+        }
+        Ok([over, Trajectory::new(piece.time(&self.limits))])
     }
 
     /// Name of the arm.
@@ -310,7 +327,8 @@ mod tests {
         let tip = |q: &JointVector| arm.kinematics(q).world_from_tip().translation.vector;
         let end = |t: &Trajectory| t.knots()[t.knots().len() - 1].q;
 
-        let [over, down] = planner.approach(&canvas, &clear, &all[0], None, &home, [0.012, -0.01], 0.008).unwrap();
+        let fall = Descent { high: 0.012, slow_from: 0.005, low: -0.01, speed: 0.008 };
+        let [over, down] = planner.approach(&canvas, &clear, &all[0], None, &home, &fall).unwrap();
         assert_eq!((over.knots()[0].q, end(&over)), (home, down.knots()[0].q));
         assert!((tip(&end(&over)).z - 0.312).abs() < 1e-5 && (tip(&end(&down)).z - 0.29).abs() < 1e-5);
         // it touches a little higher than was believed

@@ -10,7 +10,7 @@ use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
 use crate::measure::{BeliefMetrics, MappingMetrics, Metrics, PlanMetrics, StrokeHeights};
 use crate::mesh::{self, TriMesh};
 use crate::plan::{
-    ArmPlan, MotionSample, Obstruction, Plan, PlanError, PlanOptions, ReachReport, Segment, SegmentKind, Step,
+    ArmPlan, Descent, MotionSample, Obstruction, Plan, PlanError, PlanOptions, ReachReport, Segment, SegmentKind, Step,
     StepPlanner, Trajectory, Unreachable,
 };
 use crate::report::{OutputDir, heights_csv, heights_figure};
@@ -278,9 +278,10 @@ impl Hand<'_> {
         let speed = self.touch.probe_speed_mm_s * 1e-3;
         let mut met = 0;
         for place in &places {
-            let span = [high + hover - middle, low - middle];
+            let top = high + hover - middle;
+            let descent = Descent { high: top, slow_from: top, low: low - middle, speed };
             let started = Instant::now();
-            let way = planner.approach(&under, &clear, place, None, &self.at, span, speed);
+            let way = planner.approach(&under, &clear, place, None, &self.at, &descent);
             self.planning += started.elapsed().as_secs_f64();
             let Ok(way) = way else { continue };
             if self.land(&planner, way, None)? {
@@ -343,11 +344,15 @@ impl Hand<'_> {
                 }
                 if !down {
                     let clear = self.clear()?;
-                    let span = [self.options.hover, -self.touch.seek_mm * 1e-3];
-                    let speed = self.options.landing_speed;
+                    let descent = Descent {
+                        high: self.options.hover,
+                        slow_from: self.touch.clearance_mm * 1e-3,
+                        low: -self.touch.seek_mm * 1e-3,
+                        speed: self.options.landing_speed,
+                    };
                     let way = planner
                         .posture(&canvas, rest, place.layer)
-                        .and_then(|q| planner.approach(&canvas, &clear, &rest[0], Some(&q), &self.at, span, speed));
+                        .and_then(|q| planner.approach(&canvas, &clear, &rest[0], Some(&q), &self.at, &descent));
                     self.planning += started.elapsed().as_secs_f64();
                     let way = match way {
                         Ok(way) => way,
@@ -523,6 +528,8 @@ fn pieces(stroke: &Stroke, longest: f64) -> Vec<Stroke> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Pose;
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     proptest! {
@@ -540,6 +547,35 @@ mod tests {
             prop_assert_eq!(cut[0].points[0], stroke.points[0]);
             prop_assert_eq!(cut[cut.len() - 1].points.last(), stroke.points.last());
         }
+    }
+
+    /// A square on a bucket.
+    const SQUARE: &str = "[drawing]\nwidth_mm = 24\n[drawing.pattern]\nkind = 'grid'\nn = 1\n[canvas]\nscene = 'bucket'\n\
+        belief = 'touch'\n[touch]\nrange_mm = [-90, 10]\nprobes = 2\n[sim]\nplant = 'articulated'\n[plan]\nhover_mm = 10\n";
+
+    #[test]
+    fn a_wrong_mesh_in_beliefs_place_makes_no_difference() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/square.toml");
+        let scenario = Scenario::parse(SQUARE, &file, &[]).unwrap();
+        let touch = scenario.touch.clone().unwrap();
+        let sketch = crate::scenario::Sketch::from(&scenario);
+        let drawing = crate::run::artwork::make(&sketch, &crate::run::Silent).unwrap().drawing;
+        let pens = crate::run::cast::pens(&drawing, &sketch.pen).unwrap();
+        let mut cast = Cast::load(&scenario, drawing, pens).unwrap();
+        let honest = draw(&scenario, &touch, &cast, &crate::run::Silent).unwrap();
+        assert_eq!(honest.reach.fraction(), 1.0);
+        assert!(honest.metrics.error_mean_mm.unwrap() < 0.5, "{:?}", honest.metrics);
+        // the nominal canvas is a wall that stands elsewhere, and askew
+        let wrong = Pose::new(Vector3::new(0.02, 0.01, 0.03), Vector3::new(0.1, 0.2, 0.0));
+        cast.belief.0.mesh = cast.belief.0.mesh.transformed(&wrong);
+        let misled = draw(&scenario, &touch, &cast, &crate::run::Silent).unwrap();
+        assert_eq!(honest.record.digest, misled.record.digest);
+        assert!(honest.plan == misled.plan && honest.heights == misled.heights);
+        // another truth is met, though
+        cast.truth.0.mesh = cast.truth.0.mesh.transformed(&Pose::translation(0.01, 0.0, 0.0));
+        let other = draw(&scenario, &touch, &cast, &crate::run::Silent).unwrap();
+        assert_ne!(honest.record.digest, other.record.digest);
+        assert!(other.metrics.error_mean_mm.unwrap() < 0.5, "{:?}", other.metrics);
     }
 
     #[test]

@@ -220,7 +220,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         }
     };
     check_plan(&typed.plan, check)?;
-    let touch = resolve_touch(belief, mapping, typed.touch, typed.plan.hover_mm, check)?;
+    let touch = resolve_touch(belief, mapping, overlay.is_some(), typed.touch, typed.plan.hover_mm, check)?;
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
     check_render(&typed.render, check)?;
@@ -254,6 +254,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
 fn resolve_touch(
     belief: BeliefKind,
     mapping: MappingKind,
+    overlaid: bool,
     touch: Option<TouchSettings>,
     hover_mm: f64,
     check: &Check,
@@ -269,6 +270,10 @@ fn resolve_touch(
     if mapping != MappingKind::Projection {
         let message = "`mapping` must be \"projection\" with `belief = \"touch\"`: a map needs the whole surface first";
         return Err(check.sentence("canvas.mapping", message));
+    }
+    if overlaid {
+        let message = "`overlay` doesn't go with `belief = \"touch\"`: it lays by another mapping, which needs the whole surface first";
+        return Err(check.sentence("canvas.overlay", message));
     }
     let touch = touch.unwrap_or_default();
     check_touch(&touch, hover_mm, check)?;
