@@ -177,7 +177,13 @@ fn ink(bencher: Bencher) {
 fn whole(bencher: Bencher, plant: PlantKind) {
     let b = Bench::new();
     let pens = [LayerPen { pen: b.pen.clone(), ink: "black".into() }];
-    let world = Surroundings { canvas: &b.canvas, friction: b.canvas_friction, compliance: 0.0, mapping: &b.mapping, pens: &pens };
+    let world = Surroundings {
+        canvas: &b.canvas,
+        friction: b.canvas_friction,
+        compliance: 0.0,
+        mapping: &b.mapping,
+        pens: &pens,
+    };
     let options = TwinOptions { plant, ..Default::default() };
     let steps = (b.plan.duration() / options.dt).ceil() as usize + 1;
     bencher.counter(ItemsCount::new(steps)).bench_local(|| {

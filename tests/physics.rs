@@ -399,7 +399,8 @@ fn a_canvas_that_stands_higher_is_pressed_hard_by_position_control_alone() {
     let pose = |t: f64| above(0.6, 0.0, 0.002 - 0.010 * smooth(t / 1.0));
     let q = inverse_kinematics(&arm, &pose(0.0), &seed);
     let press = follow(&arm, &q, SegmentKind::Press, 0.0, 1.2, pose);
-    let soft = run(&arm, &arm, ImpedanceOptions::default(), q, vec![press.clone()], &canvas(table()), &TwinOptions::default());
+    let soft =
+        run(&arm, &arm, ImpedanceOptions::default(), q, vec![press.clone()], &canvas(table()), &TwinOptions::default());
     assert!((soft.arms[0].max_force / (350.0 * 0.008) - 1.0).abs() < 0.2, "{} N", soft.arms[0].max_force);
     let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
     let hard = run_by(&arm, controller, q, vec![press], &canvas(table()), &TwinOptions::default());

@@ -56,15 +56,19 @@ fn check(file: &Path, plant: &str) {
 
     // all of the line is there, and where it should be
     assert_eq!(value("plan.reachable_fraction"), 1.0, "{name}");
-    assert!(value("line.coverage") >= 0.995, "{name}: coverage {}", value("line.coverage"));
+    // a canvas that is only touched is known less well
+    let touched = m.value("belief.probes").is_some();
+    let coverage = if touched { 0.99 } else { 0.995 };
+    assert!(value("line.coverage") >= coverage, "{name}: coverage {}", value("line.coverage"));
     assert!(value("line.error_mean_mm") <= 0.2, "{name}: mean error {} mm", value("line.error_mean_mm"));
     assert!(value("line.error_p95_mm") <= 0.5, "{name}: 95 % within {} mm", value("line.error_p95_mm"));
 
     // the force is what was asked for, and steady
+    let spread = if touched { 0.25 } else { 0.15 };
     assert!(value("contact.contact_fraction") >= 0.995, "{name}: contact {}", value("contact.contact_fraction"));
     let target = value("contact.force_target_n");
-    assert!((value("contact.force_mean_n") / target - 1.0).abs() < 0.15, "{name}: {m:?}");
-    assert!(value("contact.force_sd_n") / target < 0.15, "{name}: sd {}", value("contact.force_sd_n"));
+    assert!((value("contact.force_mean_n") / target - 1.0).abs() < spread, "{name}: {m:?}");
+    assert!(value("contact.force_sd_n") / target < spread, "{name}: sd {}", value("contact.force_sd_n"));
     assert!(value("sim.saturated_fraction") < 0.01, "{name}");
 
     // no joint steps faster than a fifth of the fastest joint's speed limit (180 deg/s) in a millisecond
@@ -129,6 +133,9 @@ each!(
     patterns_column_conformal,
     patterns_column_projection,
     stylus_signature,
+    touched_bucket,
+    touched_cone,
+    touched_tank,
     tsp_portrait
 );
 

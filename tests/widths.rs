@@ -42,7 +42,8 @@ fn drawn(scene: &str, widths: Vec<f64>) -> (SurfaceDrawing, Record) {
     let controller = ImpedanceController::new(arm.model.clone(), control);
     let twin = TwinArm { model: arm.model.clone(), controller: controller.into(), start: arm.home };
     let pens = [LayerPen { pen, ink: "ink".into() }];
-    let world = Surroundings { canvas: &truth, friction: scene.friction, compliance: 0.0, mapping: &mapping, pens: &pens };
+    let world =
+        Surroundings { canvas: &truth, friction: scene.friction, compliance: 0.0, mapping: &mapping, pens: &pens };
     let options = TwinOptions { plant: PlantKind::Articulated, ..Default::default() };
     let plan = Plan { arms: vec![planned.plan] };
     let record = simulate(vec![twin], &plan, &world, &[Rgb([0; 3])], &options, &mut |_| ()).unwrap();

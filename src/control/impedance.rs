@@ -33,6 +33,13 @@ pub struct Reference {
     pub press: Press,
 }
 
+impl Reference {
+    /// Standing at `q`, pen in the air.
+    pub fn rest(q: JointVector) -> Self {
+        Self { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() }
+    }
+}
+
 /// How the set point is pressed into the canvas, which the pen's tip can't follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Press {

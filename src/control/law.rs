@@ -2,7 +2,7 @@
 use nalgebra::Point3;
 
 use crate::control::{ImpedanceController, MeasuredState, PositionController, Reference, TorqueCommand};
-use crate::robot::Kinematics;
+use crate::robot::{ArmModel, Kinematics};
 
 /// Which law moves the arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -39,6 +39,14 @@ impl Controller {
         match self {
             Self::Impedance(c) => c.set_point(),
             Self::Position(c) => c.set_point(),
+        }
+    }
+
+    /// The robot's model of itself.
+    pub fn model(&self) -> &ArmModel {
+        match self {
+            Self::Impedance(c) => c.model(),
+            Self::Position(c) => c.model(),
         }
     }
 

@@ -50,6 +50,11 @@ impl PositionController {
         }
     }
 
+    /// The robot's model of itself.
+    pub fn model(&self) -> &ArmModel {
+        &self.model
+    }
+
     /// Where the law wished the pen tip to be at its last call, m, world.
     pub fn set_point(&self) -> Point3<f64> {
         self.set_point

@@ -103,7 +103,7 @@ pub struct LayerMetrics {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct BeliefMetrics {
-    /// `scan`, or another belief that isn't the nominal mesh.
+    /// `scan` or `touch`.
     pub kind: String,
     /// Points that were measured.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -111,6 +111,15 @@ pub struct BeliefMetrics {
     /// Points that the surface was made of.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
+    /// Probes that met the canvas before the first stroke.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probes: Option<usize>,
+    /// Mean difference of met and predicted height over the first quarter of what was drawn, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_error_first_mm: Option<f64>,
+    /// The same over the last quarter, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_error_last_mm: Option<f64>,
     /// Vertices of the believed surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vertices: Option<usize>,
@@ -446,6 +455,13 @@ impl MetricPath {
         metric("drawing.duration_s", "s", "time the computer took to read or make the strokes"),
         metric("belief.measured", "", "points that the camera measured"),
         metric("belief.points", "", "points that the believed surface was made of"),
+        metric("belief.probes", "", "probes that met the canvas before the first stroke"),
+        metric(
+            "belief.height_error_first_mm",
+            "mm",
+            "how far the pen met the canvas from where it expected it, in the first quarter of the drawing",
+        ),
+        metric("belief.height_error_last_mm", "mm", "the same in the last quarter"),
         metric("belief.vertices", "", "vertices of the believed surface"),
         metric("belief.triangles", "", "triangles of the believed surface"),
         metric("belief.noise_mm", "mm", "spread of the measured points about the believed surface"),
@@ -514,11 +530,23 @@ impl MetricPath {
             "relative error of the width; 90 % of the line of wished width is better than this",
         ),
         metric("line.inked_length_m", "m", "length of the drawn lines"),
-        metric("shape.aspect_deviation", "", "relative change of the ratio of two adjacent sides of a grid's cell, on average"),
-        metric("shape.angle_deviation", "", "change of the angle at its corners as a share of a right angle, on average"),
+        metric(
+            "shape.aspect_deviation",
+            "",
+            "relative change of the ratio of two adjacent sides of a grid's cell, on average",
+        ),
+        metric(
+            "shape.angle_deviation",
+            "",
+            "change of the angle at its corners as a share of a right angle, on average",
+        ),
         metric("shape.angle_deviation_deg", "deg", "the same in degrees"),
         metric("shape.missing_crossings", "", "crossings of the wished grid that the drawn one hasn't"),
-        metric("shape.side_error_mean", "", "relative error of a pattern's sides against their flat length, on average"),
+        metric(
+            "shape.side_error_mean",
+            "",
+            "relative error of a pattern's sides against their flat length, on average",
+        ),
         metric("shape.side_error_p95", "", "the same; 95 % of the sides are better"),
         metric("shape.side_error_max", "", "the same; the worst side"),
         metric("tool.attempts", "", "pen changes tried by the robot"),

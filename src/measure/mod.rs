@@ -2,6 +2,7 @@
 
 mod belief;
 mod figures;
+mod heights;
 mod laid;
 mod line;
 mod metrics;
@@ -9,6 +10,7 @@ mod segments;
 mod shape;
 mod width;
 
+pub use heights::StrokeHeights;
 pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{

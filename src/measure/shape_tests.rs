@@ -32,10 +32,8 @@ fn flat(p: &Point2<f64>) -> Point3<f64> {
 fn wished(drawing: &Drawing) -> SurfaceDrawing {
     let target = |p: &Point2<f64>| SurfaceTarget { position: flat(p), normal: Vector3::z(), sheet: *p, width: None };
     let dense = dense(drawing);
-    let strokes = dense
-        .iter()
-        .enumerate()
-        .map(|(index, s)| SurfaceStroke { index, targets: s.iter().map(target).collect() });
+    let strokes =
+        dense.iter().enumerate().map(|(index, s)| SurfaceStroke { index, targets: s.iter().map(target).collect() });
     let layer = SurfaceLayer { name: "a".into(), color: Rgb([0; 3]), strokes: strokes.collect() };
     SurfaceDrawing { layers: vec![layer], order: Vec::new() }
 }
@@ -124,7 +122,8 @@ fn missing_ink_is_a_missing_crossing_and_short_ends_are_none() {
     assert_eq!(shape.missing, 4, "{hole}");
     assert!(shape.aspect_deviation < 1e-9);
     // 1 mm short at every end: corners are where the lines would meet
-    let inside = |p: &Point2<f64>| p.x.abs().max(p.y.abs()) < 0.5 * SIDE - 1e-3 || p.x.abs().min(p.y.abs()) < 0.5 * SIDE - 1e-3;
+    let inside =
+        |p: &Point2<f64>| p.x.abs().max(p.y.abs()) < 0.5 * SIDE - 1e-3 || p.x.abs().min(p.y.abs()) < 0.5 * SIDE - 1e-3;
     let shape = measured(|p| inside(p).then(|| flat(p)));
     assert_eq!(shape.missing, 0);
     assert!(shape.aspect_deviation < 1e-9, "{shape:?}");

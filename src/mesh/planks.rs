@@ -115,15 +115,14 @@ impl Cladding<'_> {
         let count = self.boards.offsets.len();
         let x = triangle.map(|v| self.points[v as usize].x);
         let (low, high) = (x[0].min(x[1]).min(x[2]), x[0].max(x[1]).max(x[2]));
-        let board = |x: f64| ((x - self.boards.start) / self.boards.width).floor().clamp(0.0, (count - 1) as f64) as usize;
+        let board =
+            |x: f64| ((x - self.boards.start) / self.boards.width).floor().clamp(0.0, (count - 1) as f64) as usize;
         // a gap is narrower than a board, so that neighbours are enough
         let (first, last) = (board(low).saturating_sub(1), (board(high) + 1).min(count - 1));
         for i in first..=last {
             let ([left, right], bevel) = (self.boards.span(i), self.boards.eased());
-            let outer = [
-                if i == 0 { f64::NEG_INFINITY } else { left },
-                if i + 1 == count { f64::INFINITY } else { right },
-            ];
+            let outer =
+                [if i == 0 { f64::NEG_INFINITY } else { left }, if i + 1 == count { f64::INFINITY } else { right }];
             let mut lines = vec![outer[0]];
             if bevel > 0.0 {
                 lines.extend([left + bevel, right - bevel].iter().filter(|l| l.is_finite()));

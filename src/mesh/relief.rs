@@ -244,7 +244,8 @@ mod tests {
             let (low, high) = mesh.bounds();
             let size = (high - low).max();
             for (seed, share) in [(1, 0.035), (2, 0.01)] {
-                let (rough, measured) = rough(&mesh, &field(seed, size / 2.0), size / 2.0, share * size, &outward).unwrap();
+                let (rough, measured) =
+                    rough(&mesh, &field(seed, size / 2.0), size / 2.0, share * size, &outward).unwrap();
                 assert!((measured / (share * size) - 1.0).abs() < 0.01, "{name}: {measured}");
                 assert!((hausdorff(&mesh, &rough) - measured).abs() < 1e-12, "{name}");
             }

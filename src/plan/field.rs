@@ -22,7 +22,7 @@ pub struct Reference {
 /// Redundancy is resolved by place, not by history: at every target the arm takes the solution nearest to the
 /// reference posture, so that strokes can be solved in any order, neighbours get like postures, and closed strokes
 /// close in joint space too.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PostureField {
     references: Vec<Reference>,
 }

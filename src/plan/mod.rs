@@ -11,6 +11,7 @@ mod reach;
 mod redundancy;
 mod segment;
 mod spline;
+mod stepwise;
 mod stroke;
 mod surroundings;
 mod timing;
@@ -24,6 +25,7 @@ pub use planner::{PlanError, PlanStatistics, Planned, plan};
 pub use reach::{Obstruction, ReachReport, Unreachable};
 pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
 pub use spline::{JointSpline, SplinePoint};
+pub use stepwise::{Descent, DrawnPiece, Step, StepPlanner};
 pub use surroundings::{Contact, PenUse, Room, Surroundings};
 pub use trajectory::{Knot, MotionPeaks, MotionSample, Trajectory};
 

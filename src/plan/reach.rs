@@ -46,6 +46,8 @@ pub enum Obstruction {
     },
     /// No collision-free way to the point was found.
     NoApproach,
+    /// The pen met nothing where the canvas was sought.
+    NothingMet,
 }
 
 impl Obstruction {
@@ -83,6 +85,7 @@ impl Obstruction {
             Self::Singular { .. } => 3,
             Self::Collision { .. } => 4,
             Self::NoApproach => 5,
+            Self::NothingMet => 6,
         }
     }
 }
@@ -100,6 +103,7 @@ impl fmt::Display for Obstruction {
             }
             Self::Jump { joint, step } => write!(f, "joint {joint} would jump by {:.1} deg", step.to_degrees()),
             Self::NoApproach => write!(f, "no free way to it was found"),
+            Self::NothingMet => write!(f, "the pen met no canvas there"),
         }
     }
 }

@@ -59,6 +59,16 @@ impl Trajectory {
         self.knots[self.knots.len() - 1].time
     }
 
+    /// The motion up to `time`, s from its start.
+    pub fn until(&self, time: f64) -> Self {
+        let m = self.sample(time, &mut 0);
+        let mut knots: Vec<Knot> = self.knots.iter().copied().filter(|k| k.time == 0.0 || k.time < time).collect();
+        if time > 0.0 && time <= self.duration() {
+            knots.push(Knot { time, q: m.q, qd: m.qd, qdd: m.qdd });
+        }
+        Self::new(knots)
+    }
+
     /// The motion at `time` (s, clamped to the trajectory). `cursor` remembers the last interval, so that a walk
     /// forward in time costs no search; start with 0.
     pub fn sample(&self, time: f64, cursor: &mut usize) -> MotionSample {

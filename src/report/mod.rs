@@ -2,6 +2,7 @@
 
 mod drawing_svg;
 mod figure;
+mod heights;
 mod html;
 mod output;
 mod page;
@@ -14,6 +15,7 @@ mod summary;
 
 pub use drawing_svg::drawing_svg;
 pub use figure::{Figure, FigureError, heat_color};
+pub use heights::{heights_csv, heights_figure};
 pub use html::{document, escape};
 pub use output::{OutputDir, OutputError};
 pub use page::{Page, report_html};

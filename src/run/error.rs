@@ -69,6 +69,24 @@ pub enum RunError {
     /// The cloud can't be read.
     #[error(transparent)]
     Cloud(#[from] MeshFileError),
+    /// Probes found no canvas.
+    #[error(
+        "none of {probes} probes met the canvas between {} and {} mm over the sheet; widen `touch.range_mm`",
+        range_mm[0],
+        range_mm[1]
+    )]
+    NothingMet {
+        /// Probes made.
+        probes: usize,
+        /// Where they sought, mm over the sheet's plane.
+        range_mm: [f64; 2],
+    },
+    /// The touched heights make no surface.
+    #[error("touched heights make no surface: {0}")]
+    Touched(MeshError),
+    /// A canvas known by touch alone has neither map nor plan before it is drawn on.
+    #[error("with `belief = \"touch\"` the drawing is mapped and planned while it is drawn: run it to the end")]
+    WhileDrawing,
     /// A pen can't be used.
     #[error(transparent)]
     Pen(#[from] ConfigError),

@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
 use crate::run::laying::{lay, mapping_onto, overlaid, own_layers};
 use crate::run::scan::Scan;
-use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured};
+use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured, touching};
 use crate::scenario::{
     Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch, TruthSettings,
 };
@@ -71,6 +71,8 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
         BeliefKind::Mesh => false,
         // the camera's noise, and what the camera sees is the truth
         BeliefKind::Scan => true,
+        // nothing is planned beforehand
+        BeliefKind::Touch => true,
     };
     if !seeded && !matches!(s.drawing.artwork, Artwork::Picture(_)) {
         s.seed = 0;
@@ -84,13 +86,19 @@ fn key(scenario: &Scenario) -> Result<String, ScenarioError> {
     Ok(Digest::new().bytes(s.to_toml()?.as_bytes()).hex())
 }
 
-fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, RunError> {
+/// The drawing, its pens and its figures.
+fn draw(scenario: &Scenario, progress: &dyn Progress) -> Result<(Drawing, Vec<LayerPen>, DrawingMetrics), RunError> {
     let started = Instant::now();
     let sketch = Sketch::from(scenario);
     let mut drawing = artwork::make(&sketch, progress)?.drawing;
     overlaid(&mut drawing, scenario);
     let pens = cast::pens(&drawing, &sketch.pen)?;
-    let drawing_metrics = DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64());
+    let metrics = DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64());
+    Ok((drawing, pens, metrics))
+}
+
+fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, RunError> {
+    let (drawing, pens, drawing_metrics) = draw(scenario, progress)?;
     let cast = Cast::load(scenario, drawing, pens)?;
     let started = Instant::now();
     let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
@@ -113,8 +121,19 @@ fn believe(scenario: &Scenario, progress: &dyn Progress) -> Result<Believed, Run
 /// file written. What `cache` has of an earlier scenario isn't made again; the figures are the same to the last bit either way, but
 /// for the times that the computer took.
 pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> Result<Metrics, RunError> {
-    let believed = cache.believed(scenario, progress)?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
+    if let Some(touch) = &scenario.touch {
+        // what is planned depends on what is met: there is nothing to share
+        let (drawing, pens, drawing_metrics) = draw(scenario, progress)?;
+        let cast = Cast::load(scenario, drawing, pens)?;
+        let touched = touching::draw(scenario, touch, &cast, progress)?;
+        metrics.drawing = Some(drawing_metrics);
+        touched.measured(scenario, &cast, &mut metrics)?;
+        let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+        measured(scenario, &cast, &touched.record, mapping.as_ref(), &mut metrics)?;
+        return Ok(metrics);
+    }
+    let believed = cache.believed(scenario, progress)?;
     metrics.drawing = Some(believed.drawing_metrics.clone());
     metrics.belief = believed.belief_metrics.clone();
     metrics.mapping = Some(believed.mapping_metrics.clone());

@@ -6,9 +6,7 @@ use crate::run::cast::Cast;
 use crate::run::distortion::distortion_picture;
 use crate::run::{RunError, Written};
 use crate::scenario::Scenario;
-use crate::surface::{
-    Canvas, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of,
-};
+use crate::surface::{Canvas, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of};
 
 /// Adds the layers that are laid by the other mapping, if the scenario wishes for them: the drawing once more, in the other
 /// colour, drawn after it.

@@ -12,6 +12,7 @@ mod pictures;
 mod preview;
 mod progress;
 mod scan;
+mod touching;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -109,8 +110,22 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
+    if scenario.touch.is_some() && until < Until::End {
+        return Err(RunError::WhileDrawing);
+    }
     progress.stage("mapping", None);
     let cast = Cast::load(scenario, made.drawing.clone(), drawn.pens.clone())?;
+    if let Some(touch) = &scenario.touch {
+        let touched = touching::draw(scenario, touch, &cast, progress)?;
+        touched.measured(scenario, &cast, &mut metrics)?;
+        drawn.write(&made, out, &mut written)?;
+        written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        write_plan(&cast, &touched.plan, out, &mut written)?;
+        touched.write(out, &mut written)?;
+        let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+        let record = &touched.record;
+        return report(scenario, &cast, &drawn, record, mapping.as_ref(), &toml, metrics, written, out, progress);
+    }
     metrics.belief = cast.scan.as_ref().map(scan::Scan::metrics);
     let started = Instant::now();
     let (mapping, flattened) = mapping_onto(scenario, &cast, &cast.belief)?;
@@ -143,30 +158,53 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
     let plan = Plan { arms: vec![planned.plan] };
     metrics.plan = Some(PlanMetrics::of(&plan, &reach, started.elapsed().as_secs_f64()));
     written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
-    let joints: Vec<Vec<String>> =
-        cast.cell.arms.iter().map(|a| a.model.joints.iter().map(|j| j.name.clone()).collect()).collect();
-    written.other(out.write("plan.json", plan_json(&plan, &joints).as_bytes())?, "Segments of the planned motion");
-    for (arm, names) in plan.arms.iter().zip(&joints) {
-        let (name, bytes) = plan_npy(arm, names.len());
-        written.other(out.write(&name, &bytes)?, "Planned joint path, a NumPy array");
-    }
+    write_plan(&cast, &plan, out, &mut written)?;
     if until == Until::Plan {
         return finish(metrics, written, out);
     }
 
     let (true_mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
     let record = make_record(scenario, &cast, &plan, true_mapping.as_ref(), progress)?;
+    report(scenario, &cast, &drawn, &record, true_mapping.as_ref(), &toml, metrics, written, out, progress)
+}
+
+/// Writes the segments and the joint paths of a plan.
+fn write_plan(cast: &Cast, plan: &Plan, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+    let joints: Vec<Vec<String>> =
+        cast.cell.arms.iter().map(|a| a.model.joints.iter().map(|j| j.name.clone()).collect()).collect();
+    written.other(out.write("plan.json", plan_json(plan, &joints).as_bytes())?, "Segments of the planned motion");
+    for (arm, names) in plan.arms.iter().zip(&joints) {
+        let (name, bytes) = plan_npy(arm, names.len());
+        written.other(out.write(&name, &bytes)?, "Planned joint path, a NumPy array");
+    }
+    Ok(())
+}
+
+/// Measures what was drawn, and writes everything that comes after drawing.
+#[allow(clippy::too_many_arguments)]
+fn report(
+    scenario: &Scenario,
+    cast: &Cast,
+    drawn: &Drawn,
+    record: &Record,
+    mapping: &dyn Mapping,
+    toml: &str,
+    mut metrics: Metrics,
+    mut written: Written,
+    out: &OutputDir,
+    progress: &dyn Progress,
+) -> Result<Outcome, RunError> {
     progress.stage("measuring", None);
-    measured(scenario, &cast, &record, true_mapping.as_ref(), &mut metrics)?;
+    measured(scenario, cast, record, mapping, &mut metrics)?;
     metrics.image = Some(drawn.likenesses.metrics(Some(&record.ink))?);
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
     written.other(out.write("drawing.svg", svg.as_bytes())?, "What was drawn, in mm, a layer an ink, width as drawn");
-    let pictures = pictures::pictures(&scenario.render, &cast, &record, out, &mut written, progress)?;
+    let pictures = pictures::pictures(&scenario.render, cast, record, out, &mut written, progress)?;
     metrics.render = Some(pictures);
 
     progress.stage("report", None);
-    let mcap = out.write_with("record.mcap", |file| write_record(&record, file).map_err(std::io::Error::other))?;
+    let mcap = out.write_with("record.mcap", |file| write_record(record, file).map_err(std::io::Error::other))?;
     written.other(mcap, "Joints, pen, forces and events over time; opens in Foxglove");
     // what was drawn comes before how it came about
     written.pictures.sort_by_key(|(name, _)| !(name == "drawing.png" || name.starts_with("view-")));
@@ -174,10 +212,10 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         title: &scenario.name,
         description: &scenario.description,
         metrics: &metrics,
-        record: Some(&record),
+        record: Some(record),
         pictures: &written.pictures,
         files: &written.others,
-        scenario_toml: &toml,
+        scenario_toml: toml,
     };
     let html = report_html(&page);
     written.other(out.write("report.html", html.as_bytes())?, "Pictures, figures and plots on one page");

@@ -13,6 +13,7 @@ use super::picture::{
 };
 use super::scan::ScanSettings;
 use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
+use super::touch::TouchSettings;
 use super::truth::TruthSettings;
 
 /// A scenario file: TOML, unknown keys refused, everything but the drawing and the canvas optional.
@@ -44,6 +45,9 @@ pub struct ScenarioFile {
     /// How the canvas is scanned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scan: Option<ScanSettings>,
+    /// How the canvas is learned by touch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub touch: Option<TouchSettings>,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

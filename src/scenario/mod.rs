@@ -13,6 +13,7 @@ mod picture;
 mod resolve;
 mod scan;
 mod settings;
+mod touch;
 mod truth;
 
 pub use accept::Unmet;
@@ -27,6 +28,7 @@ pub use picture::{
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use scan::{ScanCamera, ScanPose, ScanSettings};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
+pub use touch::TouchSettings;
 pub use truth::TruthSettings;
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
+use super::touch::{TouchSettings, check_touch};
 use super::truth::{TruthSettings, check_truth};
 
 /// A scenario that can't be used.
@@ -89,6 +90,8 @@ pub struct Scenario {
     pub pen: PenSpec,
     /// How the canvas is scanned; there when the belief is a scan.
     pub scan: Option<ScanSettings>,
+    /// How the canvas is learned by touch; there when that is the belief.
+    pub touch: Option<TouchSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -221,6 +224,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         }
     };
     check_plan(&typed.plan, check)?;
+    let touch = resolve_touch(belief, mapping, overlay.is_some(), typed.touch, typed.plan.hover_mm, check)?;
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
     check_render(&typed.render, check)?;
@@ -241,6 +245,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         },
         truth: typed.truth,
         scan,
+        touch,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -248,6 +253,36 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         render: typed.render,
         accept: typed.accept,
     })
+}
+
+/// The touch settings, when the canvas is learned by touch.
+fn resolve_touch(
+    belief: BeliefKind,
+    mapping: MappingKind,
+    overlaid: bool,
+    touch: Option<TouchSettings>,
+    hover_mm: f64,
+    check: &Check,
+) -> Result<Option<TouchSettings>, ScenarioError> {
+    if belief != BeliefKind::Touch {
+        return match touch {
+            None => Ok(None),
+            Some(_) => {
+                Err(check.sentence("touch", "`[touch]` is heeded with `belief = \"touch\"` under `[canvas]` alone"))
+            }
+        };
+    }
+    if mapping != MappingKind::Projection {
+        let message = "`mapping` must be \"projection\" with `belief = \"touch\"`: a map needs the whole surface first";
+        return Err(check.sentence("canvas.mapping", message));
+    }
+    if overlaid {
+        let message = "`overlay` doesn't go with `belief = \"touch\"`: it lays by another mapping, which needs the whole surface first";
+        return Err(check.sentence("canvas.overlay", message));
+    }
+    let touch = touch.unwrap_or_default();
+    check_touch(&touch, hover_mm, check)?;
+    Ok(Some(touch))
 }
 
 fn resolve_pen(typed: PenFile, assets: &Assets, folder: &Path, check: &Check) -> Result<PenSpec, ScenarioError> {
@@ -381,6 +416,7 @@ impl From<Scenario> for ScenarioFile {
                 inks: s.pen.inks.into_iter().map(|(ink, pen)| (ink, text(pen))).collect(),
             },
             scan: s.scan,
+            touch: s.touch,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

@@ -27,6 +27,8 @@ pub enum BeliefKind {
     Mesh,
     /// A mesh through the points of a depth camera, as `[scan]` says.
     Scan,
+    /// Nothing but where its surface may be: the pen finds it, as `[touch]` says.
+    Touch,
 }
 
 /// `[plan]`: how strokes become joint motion.

@@ -146,6 +146,8 @@ mod tests {
         let fits = map_what_fits(&line(0.4), &mapping, 1e-3).unwrap();
         let targets = &fits.layers[0].strokes[0].targets;
         assert_eq!(fits.layers[0].strokes.len(), 1);
-        assert!((targets[0].position.x + 0.1).abs() < 2e-5 && (targets[targets.len() - 1].position.x - 0.1).abs() < 2e-5);
+        assert!(
+            (targets[0].position.x + 0.1).abs() < 2e-5 && (targets[targets.len() - 1].position.x - 0.1).abs() < 2e-5
+        );
     }
 }

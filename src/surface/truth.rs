@@ -232,8 +232,8 @@ fn placed(
         canvas.sheet = SheetFrame { world_from_sheet: pose };
     }
     if offset != Vector3::zeros() || turn != Vector3::zeros() {
-        let about_middle = Pose::from_parts(Translation3::from(middle.coords + offset), rotation)
-            * Translation3::from(-middle.coords);
+        let about_middle =
+            Pose::from_parts(Translation3::from(middle.coords + offset), rotation) * Translation3::from(-middle.coords);
         canvas.mesh = canvas.mesh.transformed(&about_middle);
         canvas.sheet = SheetFrame { world_from_sheet: about_middle * canvas.sheet.world_from_sheet };
     }
@@ -290,7 +290,8 @@ mod tests {
 
     #[test]
     fn the_sheet_goes_with_the_canvas() {
-        let options = TruthOptions { offset: [0.01, -0.02, 0.03], turn: [0.0, 0.1, 0.2], scale: 0.05, ..Default::default() };
+        let options =
+            TruthOptions { offset: [0.01, -0.02, 0.03], turn: [0.0, 0.1, 0.2], scale: 0.05, ..Default::default() };
         let (truth, report) = perturb(&dome(), &options, 1).unwrap();
         let (there, here) = (Projection::new(&truth), Projection::new(&dome()));
         for (x, y) in [(0.0, 0.0), (0.03, 0.02), (-0.05, 0.01)] {

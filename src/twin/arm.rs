@@ -8,10 +8,11 @@ use rand_chacha::rand_core::Rng;
 use crate::control::{Controller, MeasuredState, Press, Reference};
 use crate::ink::{InkRecorder, NibContact, NibSpring, PenModel, StrokeId};
 use crate::math::stats::Running;
-use crate::plan::{ArmPlan, Segment, SegmentKind};
+use crate::plan::{Segment, SegmentKind};
 use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::surface::{Mapping, TrueCanvas};
 use crate::twin::contact::{Contact, Nib};
+use crate::twin::sense::{Felt, TipSensor};
 use crate::twin::{ArmRecord, ArmSample, Event, EventKind, StrokeRecord, TipForce};
 
 /// The pen that draws a layer.
@@ -59,11 +60,15 @@ impl Surroundings<'_> {
 }
 
 /// Running state of one arm.
-pub(crate) struct ArmRun<'a> {
+pub(crate) struct ArmRun {
     index: usize,
     pub(crate) arm: TwinArm,
-    plan: &'a ArmPlan,
+    /// When the segments that are executed began, s.
+    began: f64,
     segment: usize,
+    /// What was wished last; held where there is nothing to do.
+    wish: Reference,
+    sensor: Option<TipSensor>,
     entered: bool,
     cursor: usize,
     depth_cursor: usize,
@@ -88,17 +93,16 @@ pub(crate) struct ArmStep {
     pub(crate) force: TipForce,
 }
 
-impl<'a> ArmRun<'a> {
+impl ArmRun {
     pub(crate) fn new(
         index: usize,
         arm: TwinArm,
-        plan: &'a ArmPlan,
+        layer: usize,
         pens: &[LayerPen],
         delay_steps: usize,
         noise: Option<(ChaCha8Rng, f64)>,
         sample_period: f64,
     ) -> Self {
-        let layer = plan.segments.first().map_or(0, |s| s.layer);
         let record = ArmRecord {
             name: arm.model.name.clone(),
             joints: arm.model.joints.iter().map(|j| j.name.clone()).collect(),
@@ -114,9 +118,11 @@ impl<'a> ArmRun<'a> {
         Self {
             index,
             recorder: InkRecorder::new(pens[layer].pen.clone(), layer as u32, index as u32),
+            wish: Reference::rest(arm.start),
             arm,
-            plan,
+            began: 0.0,
             segment: 0,
+            sensor: None,
             entered: false,
             cursor: 0,
             depth_cursor: 0,
@@ -134,24 +140,39 @@ impl<'a> ArmRun<'a> {
         }
     }
 
-    fn current(&self) -> Option<&'a Segment> {
-        self.plan.segments.get(self.segment)
+    /// Sets out, at `time`, on segments whose own times start at 0.
+    pub(crate) fn begin(&mut self, time: f64) {
+        self.began = time;
+        self.segment = 0;
+        self.entered = false;
     }
 
-    fn stroke_id(&self) -> Option<StrokeId> {
-        let s = self.current()?;
-        Some(StrokeId { layer: s.layer as u32, index: s.stroke? as u32 })
+    /// Ends what `begin` began: the wished motion, and what was felt.
+    pub(crate) fn end(&mut self) -> (Reference, Vec<Felt>) {
+        self.record.strokes.extend(self.stroke.take());
+        let felt = self.sensor.as_mut().map(TipSensor::take).unwrap_or_default();
+        (self.wish, felt)
+    }
+
+    /// Lets the arm feel what it touches.
+    pub(crate) fn feel(&mut self, sensor: TipSensor) {
+        self.sensor = Some(sensor);
+    }
+
+    /// Force along the pen that the arm felt in the last step, N; 0 without a sensor.
+    pub(crate) fn felt_force(&self) -> f64 {
+        self.sensor.as_ref().map_or(0.0, TipSensor::force)
     }
 
     /// Moves on to the segment of `time`, closing and opening what hangs on segments.
-    fn advance(&mut self, time: f64, world: &Surroundings, events: &mut Vec<Event>) {
-        while let Some(segment) = self.current() {
+    fn advance(&mut self, segments: &[Segment], time: f64, world: &Surroundings, events: &mut Vec<Event>) {
+        while let Some(segment) = segments.get(self.segment) {
             if !self.entered {
                 self.entered = true;
                 (self.cursor, self.depth_cursor) = (0, 0);
                 self.enter(segment, time, world, events);
             }
-            if time < segment.end() || self.segment + 1 == self.plan.segments.len() {
+            if time - self.began < segment.end() || self.segment + 1 == segments.len() {
                 return;
             }
             self.record.strokes.extend(self.stroke.take());
@@ -161,7 +182,7 @@ impl<'a> ArmRun<'a> {
     }
 
     fn enter(&mut self, segment: &Segment, time: f64, world: &Surroundings, events: &mut Vec<Event>) {
-        let stroke = self.stroke_id();
+        let stroke = stroke_id(segment);
         let mut event = |kind| events.push(Event { time, arm: self.index, stroke, kind });
         event(EventKind::Segment { kind: segment.kind });
         if segment.kind == SegmentKind::ChangePen && segment.layer != self.layer {
@@ -175,8 +196,8 @@ impl<'a> ArmRun<'a> {
         if let (SegmentKind::Draw, Some(stroke)) = (segment.kind, stroke) {
             self.stroke = Some(StrokeRecord {
                 stroke,
-                start: segment.start,
-                end: segment.end(),
+                start: self.began + segment.start,
+                end: self.began + segment.end(),
                 steps: 0,
                 contact_steps: 0,
                 lost_contacts: 0,
@@ -193,6 +214,7 @@ impl<'a> ArmRun<'a> {
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn step(
         &mut self,
+        segments: &[Segment],
         time: f64,
         dt: f64,
         state: &MeasuredState,
@@ -201,27 +223,32 @@ impl<'a> ArmRun<'a> {
         sample: bool,
         events: &mut Vec<Event>,
     ) -> ArmStep {
-        self.advance(time, world, events);
-        let (kind, wish) = match self.current() {
+        self.advance(segments, time, world, events);
+        let current = segments.get(self.segment);
+        let stroke = current.and_then(stroke_id);
+        let (kind, wish) = match current {
             Some(segment) => {
-                let m = segment.trajectory.sample(time - segment.start, &mut self.cursor);
+                let t = time - self.began - segment.start;
+                let m = segment.trajectory.sample(t, &mut self.cursor);
                 let nib = world.spring(self.layer).stiffness;
-                let press = self.press(segment, time - segment.start, nib);
+                let press = self.press(segment, t, nib);
                 (segment.kind, Reference { q: m.q, qd: m.qd, qdd: m.qdd, press })
             }
-            None => {
-                let (q, zero) = (self.arm.start, JointVector::zeros());
-                (SegmentKind::Travel, Reference { q, qd: zero, qdd: zero, press: Press::default() })
-            }
+            None => (SegmentKind::Travel, Reference::rest(self.wish.q)),
         };
+        self.wish = wish;
         let tip = Point3::from(k.world_from_tip().translation.vector);
         let contact = self.touch(world, &tip, &k.tip_velocity(&state.qd), dt);
-        self.draw(time, dt, world, contact.as_ref(), events);
+        self.draw(time, dt, world, contact.as_ref(), stroke, events);
 
         let command = self.arm.controller.torque(state, k, &wish, dt);
         let torque = self.delayed(command.torque);
         let force = contact.map_or_else(TipForce::default, |c| TipForce { point: tip, force: c.force });
 
+        if let Some(sensor) = &mut self.sensor {
+            let model = self.arm.controller.model();
+            sensor.step(time, kind, stroke, model, &state.q, &force.force);
+        }
         self.watch(kind, state, contact.as_ref(), &wish.press, command.saturated, k);
         if sample {
             let n = self.arm.model.dof();
@@ -254,8 +281,15 @@ impl<'a> ArmRun<'a> {
         self.nib.touch(&spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, velocity, dt)
     }
 
-    fn draw(&mut self, time: f64, dt: f64, world: &Surroundings, contact: Option<&Contact>, events: &mut Vec<Event>) {
-        let stroke = self.stroke_id();
+    fn draw(
+        &mut self,
+        time: f64,
+        dt: f64,
+        world: &Surroundings,
+        contact: Option<&Contact>,
+        stroke: Option<StrokeId>,
+        events: &mut Vec<Event>,
+    ) {
         if contact.is_some() != self.touching {
             self.touching = contact.is_some();
             let kind = if self.touching { EventKind::Touch } else { EventKind::Leave };
@@ -336,8 +370,12 @@ impl<'a> ArmRun<'a> {
     }
 }
 
+fn stroke_id(segment: &Segment) -> Option<StrokeId> {
+    Some(StrokeId { layer: segment.layer as u32, index: segment.stroke? as u32 })
+}
+
 /// A standard normal number by Box and Muller's transform (doi:10.1214/aoms/1177706645).
-fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
     let unit = |bits: u64| (bits >> 11) as f64 / (1u64 << 53) as f64;
     let (u, v) = (1.0 - unit(rng.next_u64()), unit(rng.next_u64()));
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()

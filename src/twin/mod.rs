@@ -6,6 +6,7 @@ mod options;
 mod plant;
 mod rapier_plant;
 mod record;
+mod sense;
 mod simulation;
 
 pub use arm::{LayerPen, Surroundings, TwinArm};
@@ -14,4 +15,5 @@ pub use options::{PlantKind, TwinOptions};
 pub use plant::{ArticulatedPlant, Plant, TipForce};
 pub use rapier_plant::RapierPlant;
 pub use record::{ArmRecord, ArmSample, Event, EventKind, Record, StrokeRecord};
-pub use simulation::{TwinError, simulate};
+pub use sense::{Feeling, Felt};
+pub use simulation::{ArmEnd, Executed, Guard, Simulation, TwinError, simulate};

@@ -1,12 +1,16 @@
 //! The loop: control, contact, ink and physics at 1 kHz, for all arms of a cell.
 use std::time::Instant;
 
+use crate::control::{MeasuredState, Reference};
 use crate::ink::{InkRecorder, InkTrace, TraceInk};
 use crate::math::{Digest, Rgb, stream};
-use crate::plan::{ArmPlan, Plan};
+use crate::plan::Plan;
 use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::twin::arm::{ArmRun, LayerPen, Surroundings, TwinArm};
-use crate::twin::{ArticulatedPlant, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions};
+use crate::twin::sense::TipSensor;
+use crate::twin::{
+    ArticulatedPlant, Event, Feeling, Felt, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions,
+};
 
 /// Why a simulation ended early.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +37,191 @@ pub enum TwinError {
     },
 }
 
+/// A guarded move: it ends when an arm feels something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guard {
+    /// Force along the pen at which motion stops, N.
+    pub force: f64,
+}
+
+/// How an execution ended.
+#[derive(Clone, Debug)]
+pub struct Executed {
+    /// Time, s, from the start of the simulation.
+    pub time: f64,
+    /// The arm whose guard stopped it, if one did.
+    pub stopped: Option<usize>,
+    /// One entry an arm.
+    pub arms: Vec<ArmEnd>,
+}
+
+/// Where an arm is, and what it felt on the way there.
+#[derive(Clone, Debug)]
+pub struct ArmEnd {
+    /// What was wished last: the next motion should go on from here.
+    pub reference: Reference,
+    /// What the joint sensors tell.
+    pub measured: MeasuredState,
+    /// Touches, in time order; empty unless the arms were told to feel.
+    pub felt: Vec<Felt>,
+}
+
+/// A simulation that goes on from plan to plan, so that later plans can follow from what earlier ones met.
+pub struct Simulation<'a> {
+    world: &'a Surroundings<'a>,
+    models: Vec<ArmModel>,
+    runs: Vec<ArmRun>,
+    plant: Box<dyn Plant>,
+    kinematics: Vec<Kinematics>,
+    torques: Vec<JointVector>,
+    forces: Vec<TipForce>,
+    events: Vec<Event>,
+    step: u64,
+    stride: u64,
+    options: TwinOptions,
+    started: Instant,
+}
+
+impl<'a> Simulation<'a> {
+    /// Arms at rest at their starts; each holds the pen of its layer in `layers`.
+    pub fn new(
+        arms: Vec<TwinArm>,
+        layers: &[usize],
+        world: &'a Surroundings<'a>,
+        options: &TwinOptions,
+    ) -> Result<Self, TwinError> {
+        if layers.len() != arms.len() {
+            return Err(TwinError::ArmCount { planned: layers.len(), arms: arms.len() });
+        }
+        let started = Instant::now();
+        let dt = options.dt;
+        let models: Vec<ArmModel> = arms.iter().map(|a| a.model.clone()).collect();
+        let q0: Vec<JointVector> = arms.iter().map(|a| a.start).collect();
+        let plant: Box<dyn Plant> = match options.plant {
+            PlantKind::Rapier => Box::new(RapierPlant::new(&models, &q0, dt).ok_or(TwinError::Refused)?),
+            PlantKind::Articulated => Box::new(ArticulatedPlant::new(models.clone(), &q0, dt)),
+        };
+        let kinematics = models.iter().zip(&q0).map(|(m, q)| m.kinematics(q)).collect();
+        let runs: Vec<ArmRun> = arms
+            .into_iter()
+            .zip(layers)
+            .enumerate()
+            .map(|(i, (arm, layer))| start(i, arm, *layer, world.pens, options))
+            .collect();
+        Ok(Self {
+            world,
+            plant,
+            kinematics,
+            torques: vec![JointVector::zeros(); runs.len()],
+            forces: vec![TipForce::default(); runs.len()],
+            models,
+            runs,
+            events: Vec::new(),
+            step: 0,
+            stride: ((options.sample_period / dt).round() as u64).max(1),
+            options: options.clone(),
+            started,
+        })
+    }
+
+    /// Lets every arm feel what its pen touches; each has its own stream of noise.
+    pub fn feel(&mut self, feeling: Feeling) {
+        for (i, run) in self.runs.iter_mut().enumerate() {
+            let name = format!("force noise of {}", run.arm.model.name);
+            run.feel(TipSensor::new(feeling, stream(self.options.seed, &name, i as u64)));
+        }
+    }
+
+    /// Time, s.
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.options.dt
+    }
+
+    /// Executes a plan from here on; its own time starts at 0. Arms should be where it starts. With a `guard` it ends at the
+    /// step after an arm felt the guard's force.
+    pub fn execute(
+        &mut self,
+        plan: &Plan,
+        guard: Option<Guard>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Executed, TwinError> {
+        if plan.arms.len() != self.runs.len() {
+            return Err(TwinError::ArmCount { planned: plan.arms.len(), arms: self.runs.len() });
+        }
+        let dt = self.options.dt;
+        let began = self.time();
+        for run in &mut self.runs {
+            run.begin(began);
+        }
+        let steps = (plan.duration() / dt).ceil() as u64 + 1;
+        let mut stopped = None;
+        for _ in 0..steps {
+            let time = self.time();
+            self.advance(plan, time)?;
+            if self.step % 1000 == 0 {
+                progress(time);
+            }
+            self.step += 1;
+            stopped = guard.and_then(|g| self.runs.iter().position(|r| r.felt_force() > g.force));
+            if stopped.is_some() {
+                break;
+            }
+        }
+        let arms = self.runs.iter_mut().enumerate().map(|(a, run)| {
+            let (reference, felt) = run.end();
+            ArmEnd { reference, measured: *self.plant.state(a), felt }
+        });
+        let arms = arms.collect();
+        Ok(Executed { time: self.time(), stopped, arms })
+    }
+
+    /// One step of all arms.
+    fn advance(&mut self, plan: &Plan, time: f64) -> Result<(), TwinError> {
+        let dt = self.options.dt;
+        for (a, run) in self.runs.iter_mut().enumerate() {
+            let sample = self.step % self.stride == 0;
+            let (state, k) = (self.plant.state(a), &self.kinematics[a]);
+            let out = run.step(&plan.arms[a].segments, time, dt, state, k, self.world, sample, &mut self.events);
+            self.torques[a] = out.torque;
+            self.forces[a] = out.force;
+        }
+        self.plant
+            .step(&self.torques, &self.forces, &self.kinematics)
+            .map_err(|arm| TwinError::NotFinite { arm, time })?;
+        for (a, model) in self.models.iter().enumerate() {
+            self.kinematics[a] = model.kinematics(&self.plant.state(a).q);
+        }
+        Ok(())
+    }
+
+    /// What happened. `colors` are those of the layers' inks.
+    pub fn finish(self, colors: &[Rgb]) -> Record {
+        let mut records = Vec::new();
+        let mut spent: Vec<InkRecorder> = Vec::new();
+        for (a, run) in self.runs.into_iter().enumerate() {
+            let (record, recorders) = run.finish(self.plant.state(a));
+            records.push(record);
+            spent.extend(recorders);
+        }
+        let pens = self.world.pens.iter().zip(colors);
+        let ink = InkTrace::merged(pens.map(|(p, c)| TraceInk { name: p.ink.clone(), color: *c }).collect(), spent);
+        let mut digest = Digest::new();
+        for r in &records {
+            digest.numbers(&r.final_q).numbers(&r.final_qd).numbers([&r.max_force]);
+        }
+        ink.digest(&mut digest);
+        Record {
+            arms: records,
+            events: self.events,
+            ink,
+            steps: self.step,
+            simulated: self.step as f64 * self.options.dt,
+            wall: self.started.elapsed().as_secs_f64(),
+            digest: digest.hex(),
+        }
+    }
+}
+
 /// Runs `plan` on the true arms and canvas. `colors` are those of the layers' inks; `progress` is told the simulated
 /// time (s) now and then.
 pub fn simulate(
@@ -43,77 +232,16 @@ pub fn simulate(
     options: &TwinOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Record, TwinError> {
-    if plan.arms.len() != arms.len() {
-        return Err(TwinError::ArmCount { planned: plan.arms.len(), arms: arms.len() });
-    }
-    let started = Instant::now();
-    let dt = options.dt;
-    let models: Vec<ArmModel> = arms.iter().map(|a| a.model.clone()).collect();
-    let q0: Vec<JointVector> = arms.iter().map(|a| a.start).collect();
-    let mut plant: Box<dyn Plant> = match options.plant {
-        PlantKind::Rapier => Box::new(RapierPlant::new(&models, &q0, dt).ok_or(TwinError::Refused)?),
-        PlantKind::Articulated => Box::new(ArticulatedPlant::new(models.clone(), &q0, dt)),
-    };
-    let mut runs: Vec<ArmRun> = arms
-        .into_iter()
-        .zip(&plan.arms)
-        .enumerate()
-        .map(|(i, (arm, arm_plan))| start(i, arm, arm_plan, world.pens, options))
-        .collect();
-
-    let steps = (plan.duration() / dt).ceil() as u64 + 1;
-    let stride = ((options.sample_period / dt).round() as u64).max(1);
-    let mut events = Vec::new();
-    let mut kinematics: Vec<Kinematics> = models.iter().zip(&q0).map(|(m, q)| m.kinematics(q)).collect();
-    let mut torques = vec![JointVector::zeros(); runs.len()];
-    let mut forces = vec![TipForce::default(); runs.len()];
-    for step in 0..steps {
-        let time = step as f64 * dt;
-        for (a, run) in runs.iter_mut().enumerate() {
-            let sample = step % stride == 0;
-            let state = plant.state(a);
-            let out = run.step(time, dt, state, &kinematics[a], world, sample, &mut events);
-            torques[a] = out.torque;
-            forces[a] = out.force;
-        }
-        plant.step(&torques, &forces, &kinematics).map_err(|arm| TwinError::NotFinite { arm, time })?;
-        for (a, model) in models.iter().enumerate() {
-            kinematics[a] = model.kinematics(&plant.state(a).q);
-        }
-        if step % 1000 == 0 {
-            progress(time);
-        }
-    }
-
-    let mut records = Vec::new();
-    let mut spent: Vec<InkRecorder> = Vec::new();
-    for (a, run) in runs.into_iter().enumerate() {
-        let (record, recorders) = run.finish(plant.state(a));
-        records.push(record);
-        spent.extend(recorders);
-    }
-    let inks = world.pens.iter().zip(colors).map(|(p, c)| TraceInk { name: p.ink.clone(), color: *c }).collect();
-    let ink = InkTrace::merged(inks, spent);
-    let mut digest = Digest::new();
-    for r in &records {
-        digest.numbers(&r.final_q).numbers(&r.final_qd).numbers([&r.max_force]);
-    }
-    ink.digest(&mut digest);
-    Ok(Record {
-        arms: records,
-        events,
-        ink,
-        steps,
-        simulated: steps as f64 * dt,
-        wall: started.elapsed().as_secs_f64(),
-        digest: digest.hex(),
-    })
+    let layers: Vec<usize> = plan.arms.iter().map(|a| a.segments.first().map_or(0, |s| s.layer)).collect();
+    let mut simulation = Simulation::new(arms, &layers, world, options)?;
+    simulation.execute(plan, None, progress)?;
+    Ok(simulation.finish(colors))
 }
 
-fn start<'a>(index: usize, arm: TwinArm, plan: &'a ArmPlan, pens: &[LayerPen], options: &TwinOptions) -> ArmRun<'a> {
+fn start(index: usize, arm: TwinArm, layer: usize, pens: &[LayerPen], options: &TwinOptions) -> ArmRun {
     let noise = (options.torque_noise > 0.0).then(|| {
         (stream(options.seed, &format!("torque noise of {}", arm.model.name), index as u64), options.torque_noise)
     });
     let delay_steps = (options.delay / options.dt).round().max(0.0) as usize;
-    ArmRun::new(index, arm, plan, pens, delay_steps, noise, options.sample_period)
+    ArmRun::new(index, arm, layer, pens, delay_steps, noise, options.sample_period)
 }
