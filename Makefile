@@ -9,11 +9,11 @@ draw: driver
 	@echo "the picture is out/$(basename $(notdir $(SCENARIO)))/drawing.png, the report out/$(basename $(notdir $(SCENARIO)))/report.html"
 
 test: driver
-	$(CARGO) test --quiet --features onnx --lib --bins --tests
+	$(CARGO) test --quiet --workspace --features onnx --lib --bins --tests
 
 lint:
 	$(CARGO) fmt --check
-	$(CARGO) clippy --all-targets --quiet -- -D warnings
+	$(CARGO) clippy --workspace --all-targets --quiet -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --quiet
 
 fmt:

@@ -353,7 +353,10 @@ impl Crossings {
     }
 
     fn get(&self, i: usize, j: usize) -> Option<Crossing> {
-        self.at[i * self.columns + j]
+        if j >= self.columns {
+            return None;
+        }
+        self.at.get(i * self.columns + j).copied().flatten()
     }
 
     /// Length of the level side from crossing (i, j) to the right.

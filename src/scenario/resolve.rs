@@ -288,7 +288,7 @@ fn resolve_touch(
 fn resolve_pen(typed: PenFile, assets: &Assets, folder: &Path, check: &Check) -> Result<PenSpec, ScenarioError> {
     let PenFile { kind, press_depth_mm, change_s, inks } = typed;
     let asset = |key: &str, text: &str| assets.find(AssetKind::Pen, text, folder).map_err(|e| check.sentence(key, e));
-    check.within("pen.press_depth_mm", press_depth_mm, 0.0, 50.0)?;
+    check.within("pen.press_depth_mm", press_depth_mm, 0.0, 100.0)?;
     check.within("pen.change_s", change_s, 0.0, 3600.0)?;
     let mut pens = BTreeMap::new();
     for (ink, pen) in inks {

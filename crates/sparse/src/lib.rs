@@ -1,9 +1,16 @@
 //! Sparse symmetric and Hermitian systems: factored once, solved many times.
+//!
+//! A crate of its own, because faer's kernels take long to compile: here they are compiled once, and not again with every change of
+//! the program and its tests.
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::traits::ComplexField;
 use faer::{Conj, MatMut, Par, Side};
+use num_complex::Complex;
 
 /// Why a system can't be solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -30,14 +37,42 @@ pub enum SparseError {
 }
 
 /// The Cholesky factor `P A P^T = L L^H` of a sparse positive definite matrix, real (`f64`) or Hermitian
-/// (`nalgebra::Complex<f64>`). Computed on one thread, so that the bits don't depend on how many there are.
+/// (`Complex<f64>`). Computed on one thread, so that the bits don't depend on how many there are.
 pub struct Cholesky<T: ComplexField> {
     size: usize,
     symbolic: SymbolicCholesky<usize>,
     values: Vec<T>,
 }
 
-impl<T: ComplexField> Cholesky<T> {
+/// The numbers that systems are made of: `f64` and `Complex<f64>`.
+pub trait Scalar: ComplexField + Copy {
+    /// See [`Cholesky::factor`].
+    #[doc(hidden)]
+    fn factor(size: usize, lower: &[(u32, u32, Self)]) -> Result<Cholesky<Self>, SparseError>;
+    /// See [`Cholesky::solve`].
+    #[doc(hidden)]
+    fn solve(factor: &Cholesky<Self>, b: &mut [Self]);
+}
+
+impl Scalar for f64 {
+    fn factor(size: usize, lower: &[(u32, u32, Self)]) -> Result<Cholesky<Self>, SparseError> {
+        factor(size, lower)
+    }
+    fn solve(factor: &Cholesky<Self>, b: &mut [Self]) {
+        solve(factor, b);
+    }
+}
+
+impl Scalar for Complex<f64> {
+    fn factor(size: usize, lower: &[(u32, u32, Self)]) -> Result<Cholesky<Self>, SparseError> {
+        factor(size, lower)
+    }
+    fn solve(factor: &Cholesky<Self>, b: &mut [Self]) {
+        solve(factor, b);
+    }
+}
+
+impl<T: Scalar> Cholesky<T> {
     /// Factors the `size` x `size` matrix with the given entries (row, column, value) of its lower triangle and diagonal;
     /// entries of the same place are summed. Ordered by approximate minimum degree (Amestoy, Davis, Duff,
     /// doi:10.1137/S0895479894278952).
@@ -45,32 +80,7 @@ impl<T: ComplexField> Cholesky<T> {
     /// # Errors
     /// An entry outside of the matrix, a matrix that is not positive definite, too little memory.
     pub fn factor(size: usize, lower: &[(u32, u32, T)]) -> Result<Self, SparseError> {
-        let place = |&(row, col, ref value): &(u32, u32, T)| Triplet::new(row as usize, col as usize, value.clone());
-        let entries: Vec<Triplet<usize, usize, T>> = lower.iter().map(place).collect();
-        let matrix = SparseColMat::<usize, T>::try_new_from_triplets(size, size, &entries)
-            .map_err(|_| SparseError::Shape { size })?;
-        drop(entries);
-        let memory = |_| SparseError::Memory { size };
-        let symbolic =
-            factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, Default::default())
-                .map_err(|_| SparseError::Memory { size })?;
-        let mut values = Vec::new();
-        values.try_reserve_exact(symbolic.len_val()).map_err(|_| SparseError::Memory { size })?;
-        values.resize(symbolic.len_val(), T::zero_impl());
-        let scratch = symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default());
-        let mut buffer = MemBuffer::try_new(scratch).map_err(memory)?;
-        symbolic
-            .factorize_numeric_llt::<T>(
-                &mut values,
-                matrix.as_ref(),
-                Side::Lower,
-                Default::default(),
-                Par::Seq,
-                MemStack::new(&mut buffer),
-                Default::default(),
-            )
-            .map_err(|_| SparseError::NotPositive { size })?;
-        Ok(Self { size, symbolic, values })
+        T::factor(size, lower)
     }
 
     /// Rows of the matrix.
@@ -83,22 +93,54 @@ impl<T: ComplexField> Cholesky<T> {
     /// # Panics
     /// When `b` has not as many rows as the matrix.
     pub fn solve(&self, b: &mut [T]) {
-        assert_eq!(b.len(), self.size, "rows of the right-hand side");
-        let scratch = self.symbolic.solve_in_place_scratch::<T>(1, Par::Seq);
-        let mut buffer = MemBuffer::new(scratch);
-        LltRef::<'_, usize, T>::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(b, self.size, 1),
+        T::solve(self, b);
+    }
+}
+
+fn factor<T: ComplexField>(size: usize, lower: &[(u32, u32, T)]) -> Result<Cholesky<T>, SparseError> {
+    let place = |&(row, col, ref value): &(u32, u32, T)| Triplet::new(row as usize, col as usize, value.clone());
+    let entries: Vec<Triplet<usize, usize, T>> = lower.iter().map(place).collect();
+    let matrix = SparseColMat::<usize, T>::try_new_from_triplets(size, size, &entries)
+        .map_err(|_| SparseError::Shape { size })?;
+    drop(entries);
+    let memory = |_| SparseError::Memory { size };
+    let symbolic =
+        factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, Default::default())
+            .map_err(|_| SparseError::Memory { size })?;
+    let mut values = Vec::new();
+    values.try_reserve_exact(symbolic.len_val()).map_err(|_| SparseError::Memory { size })?;
+    values.resize(symbolic.len_val(), T::zero_impl());
+    let scratch = symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default());
+    let mut buffer = MemBuffer::try_new(scratch).map_err(memory)?;
+    symbolic
+        .factorize_numeric_llt::<T>(
+            &mut values,
+            matrix.as_ref(),
+            Side::Lower,
+            Default::default(),
             Par::Seq,
             MemStack::new(&mut buffer),
-        );
-    }
+            Default::default(),
+        )
+        .map_err(|_| SparseError::NotPositive { size })?;
+    Ok(Cholesky { size, symbolic, values })
+}
+
+fn solve<T: ComplexField>(factor: &Cholesky<T>, b: &mut [T]) {
+    assert_eq!(b.len(), factor.size, "rows of the right-hand side");
+    let scratch = factor.symbolic.solve_in_place_scratch::<T>(1, Par::Seq);
+    let mut buffer = MemBuffer::new(scratch);
+    LltRef::<'_, usize, T>::new(&factor.symbolic, &factor.values).solve_in_place_with_conj(
+        Conj::No,
+        MatMut::from_column_major_slice_mut(b, factor.size, 1),
+        Par::Seq,
+        MemStack::new(&mut buffer),
+    );
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Complex;
     use proptest::prelude::*;
 
     proptest! {
