@@ -12,7 +12,7 @@ use crate::robot::{Cell, VisualShape};
 use crate::run::RunError;
 use crate::run::scan::Scan;
 use crate::scenario::{PenSpec, Scenario};
-use crate::surface::{BelievedCanvas, Scene, TrueCanvas, perturb};
+use crate::surface::{BelievedCanvas, Canvas, Scene, TrueCanvas, perturb, unshaped};
 use crate::twin::LayerPen;
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
@@ -20,6 +20,8 @@ pub(super) struct Cast {
     pub cell: Cell,
     pub scene: Scene,
     pub truth: TrueCanvas,
+    /// The nominal canvas in the true one's place, where that has another shape.
+    pub unshaped: Option<Canvas>,
     /// How the true canvas differs; `None` where it doesn't.
     pub truth_metrics: Option<TruthMetrics>,
     pub belief: BelievedCanvas,
@@ -54,9 +56,10 @@ impl Cast {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
         scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
         let (truth, report) = perturb(&scene.canvas, &scenario.truth.options(), scenario.seed)?;
+        let unshaped = unshaped(&scene.canvas, &scenario.truth.options(), scenario.seed)?;
         let truth_metrics = (!scenario.truth.is_nominal()).then(|| TruthMetrics::of(&report));
         let belief = BelievedCanvas(scene.canvas.clone());
-        Ok(Self { cell, scene, truth, truth_metrics, belief, scan: None, drawing, pens })
+        Ok(Self { cell, scene, truth, unshaped, truth_metrics, belief, scan: None, drawing, pens })
     }
 
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.

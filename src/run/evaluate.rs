@@ -7,7 +7,7 @@ use crate::math::Digest;
 use crate::measure::{BeliefMetrics, DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
 use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
-use crate::run::laying::{lay, mapping_onto, overlaid, own_layers};
+use crate::run::laying::{lay, mapping_onto, mapping_onto_truth, overlaid, own_layers};
 use crate::run::scan::Scan;
 use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured, touching};
 use crate::scenario::{
@@ -129,7 +129,7 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
         let touched = touching::draw(scenario, touch, &cast, progress)?;
         metrics.drawing = Some(drawing_metrics);
         touched.measured(scenario, &cast, &mut metrics)?;
-        let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+        let mapping = mapping_onto_truth(scenario, &cast)?;
         measured(scenario, &cast, &touched.record, mapping.as_ref(), &mut metrics)?;
         return Ok(metrics);
     }
@@ -140,7 +140,7 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
     metrics.plan = Some(believed.plan_metrics.clone());
     // what the robot believes is in the plan: it isn't scanned again
     let cast = Cast::nominal(scenario, believed.drawing.clone(), believed.pens.clone())?;
-    let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let mapping = mapping_onto_truth(scenario, &cast)?;
     let record = make_record(scenario, &cast, &believed.plan, mapping.as_ref(), progress)?;
     measured(scenario, &cast, &record, mapping.as_ref(), &mut metrics)?;
     Ok(metrics)

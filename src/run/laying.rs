@@ -5,8 +5,10 @@ use crate::report::OutputDir;
 use crate::run::cast::Cast;
 use crate::run::distortion::distortion_picture;
 use crate::run::{RunError, Written};
-use crate::scenario::Scenario;
-use crate::surface::{Canvas, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of};
+use crate::scenario::{BeliefKind, Scenario};
+use crate::surface::{
+    Canvas, Carried, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of,
+};
 
 /// Adds the layers that are laid by the other mapping, if the scenario wishes for them: the drawing once more, in the other
 /// colour, drawn after it.
@@ -51,6 +53,20 @@ pub(super) fn mapping_onto(
 
 /// How strokes are laid on a surface at a step: all or an error, or what fits.
 type Lay = fn(&Drawing, &dyn Mapping, f64) -> Result<SurfaceDrawing, MapError>;
+
+/// How far beyond the measured distance the true surface is looked for, m.
+const CARRY_MARGIN: f64 = 0.01;
+
+/// The scenario's mapping onto the true canvas. A robot that believes in the nominal mesh draws on the object that it knows: where that
+/// has another shape, wished places are carried along its normals. What is scanned or touched is the true canvas itself.
+pub(super) fn mapping_onto_truth(scenario: &Scenario, cast: &Cast) -> Result<Box<dyn Mapping>, RunError> {
+    let (Some(meant), BeliefKind::Mesh) = (&cast.unshaped, scenario.canvas.belief) else {
+        return Ok(mapping_onto(scenario, cast, &cast.truth)?.0);
+    };
+    let apart = cast.truth_metrics.as_ref().and_then(|t| t.hausdorff_mm).unwrap_or(0.0) * 1e-3;
+    let (mapping, _) = mapping_onto(scenario, cast, meant)?;
+    Ok(Box::new(Carried::new(mapping, meant, &cast.truth, apart + CARRY_MARGIN)))
+}
 
 /// The drawing on a canvas: its own layers by `mapping`, those laid over it by the other one.
 pub(super) fn lay(

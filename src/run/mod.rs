@@ -36,7 +36,7 @@ pub use progress::{Progress, Silent};
 
 use artwork::Made;
 use cast::Cast;
-use laying::{lay, mapping_onto, overlaid, own_layers, write_laid};
+use laying::{lay, mapping_onto, mapping_onto_truth, overlaid, own_layers, write_laid};
 use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
@@ -122,7 +122,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
         write_plan(&cast, &touched.plan, out, &mut written)?;
         touched.write(out, &mut written)?;
-        let (mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+        let mapping = mapping_onto_truth(scenario, &cast)?;
         let record = &touched.record;
         return report(scenario, &cast, &drawn, record, mapping.as_ref(), &toml, metrics, written, out, progress);
     }
@@ -163,7 +163,7 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
-    let (true_mapping, _) = mapping_onto(scenario, &cast, &cast.truth)?;
+    let true_mapping = mapping_onto_truth(scenario, &cast)?;
     let record = make_record(scenario, &cast, &plan, true_mapping.as_ref(), progress)?;
     report(scenario, &cast, &drawn, &record, true_mapping.as_ref(), &toml, metrics, written, out, progress)
 }

@@ -1,6 +1,7 @@
 //! Believed canvases, and the mapping of a drawing onto them.
 
 mod canvas;
+mod carried;
 mod conformal;
 mod heights;
 mod laid;
@@ -13,6 +14,7 @@ mod touched;
 mod truth;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame, TrueCanvas};
+pub use carried::Carried;
 pub use conformal::{ConformalMap, FlattenError, FlattenMethod, FlattenOptions, FlattenReport, PatchKind};
 pub use heights::{HeightTree, Touch, TouchedSurface};
 pub use laid::{MappingKind, StretchField, mapping_of};
@@ -21,4 +23,4 @@ pub use projection::{MapError, MapFailure, MapProblem, Projection, map_drawing};
 pub use scene::{Furniture, Scene, SceneError};
 pub use torn::map_what_fits;
 pub use touched::TouchedCanvas;
-pub use truth::{PlankKind, TruthError, TruthOptions, TruthReport, perturb};
+pub use truth::{PlankKind, TruthError, TruthOptions, TruthReport, perturb, unshaped};

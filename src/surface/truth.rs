@@ -156,6 +156,17 @@ pub fn perturb(nominal: &Canvas, options: &TruthOptions, seed: u64) -> Result<(T
     Ok((TrueCanvas(canvas), report))
 }
 
+/// The nominal canvas at the true one's scale and place, where [`perturb`] gives it another shape; `None` where only scale and place differ.
+///
+/// # Errors
+/// Whatever the mesh can be refused for.
+pub fn unshaped(nominal: &Canvas, options: &TruthOptions, seed: u64) -> Result<Option<Canvas>, TruthError> {
+    let shaped =
+        options.relief > 0.0 || (options.dents > 0 && options.dent_depth != 0.0) || options.planks != PlankKind::None;
+    let place = || placed(nominal, nominal.mesh.clone(), options, seed, &mut TruthReport::default());
+    shaped.then(place).transpose()
+}
+
 /// Dents at places spread evenly over what faces `outward`.
 fn scattered(
     mesh: &TriMesh,
