@@ -245,7 +245,7 @@ fn each_mistake_is_one_line_with_its_place() {
         ("[set]\nseed = 3\n", "e.toml:4: each trial has its own seed"),
         ("[set]\n'pen.press_depth_mm' = nan\n", "e.toml:4: `pen.press_depth_mm`: must be a finite number"),
         ("[vary]\n'pen.press_depth_mm' = []\n", "e.toml:4: `pen.press_depth_mm`: an axis needs values"),
-        ("[vary]\n'pen.press_depth_mm' = [1, 60]\n", "e.toml:4: `press_depth_mm` must be from 0 to 50, not 60"),
+        ("[vary]\n'pen.press_depth_mm' = [1, 160]\n", "e.toml:4: `press_depth_mm` must be from 0 to 100, not 160"),
         ("[vary]\n'pen.press_depth_mm' = 3\n", "e.toml:4: `pen.press_depth_mm`: doesn't vary"),
         (
             "[vary]\n'pen.press_depth_mm' = { unifrom = [1, 2] }\n",

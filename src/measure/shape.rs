@@ -123,7 +123,9 @@ pub fn side_errors(drawing: &Drawing, ink: &InkTrace) -> Option<SideErrors> {
             for (k, (corner, way)) in corners.iter().enumerate() {
                 let next = corners.get(k + 1).map_or(*way, |c| c.1);
                 let reach = CORNER_REACH.max(0.5 * way.min(next));
-                let found = line.nearest(from, corner, 2.0 * way + 2.0 * reach, reach);
+                // a stroke that ends where it began has its first and its last corner in one place
+                let least = if last.is_some() { 0.5 * way } else { 0.0 };
+                let found = line.nearest(from, corner, [least, 2.0 * way + 2.0 * reach], reach);
                 if let (Some(at), Some((before, s))) = (found, last)
                     && before + 1 == k
                     && *way >= SHORT
@@ -221,13 +223,16 @@ impl Line {
         self.at((s + TANGENT).min(end)) - self.at((s - TANGENT).max(0.0))
     }
 
-    /// The place nearest to a place on the sheet, from place `from` on, no farther along than `window` (m) and no farther off than `reach`.
-    fn nearest(&self, from: usize, sheet: &Point2<f64>, window: f64, reach: f64) -> Option<usize> {
+    /// The place nearest to a place on the sheet whose way from place `from` is within `window` (m), and no farther off than `reach`.
+    fn nearest(&self, from: usize, sheet: &Point2<f64>, window: [f64; 2], reach: f64) -> Option<usize> {
         let start = *self.length.get(from)?;
         let mut best: Option<(f64, usize)> = None;
         for i in from..self.places.len() {
-            if self.length[i] > start + window {
+            if self.length[i] > start + window[1] {
                 break;
+            }
+            if self.length[i] < start + window[0] {
+                continue;
             }
             let off = (self.places[i].1 - sheet).norm();
             if off <= reach && best.is_none_or(|(b, _)| off < b) {

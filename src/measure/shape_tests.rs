@@ -67,6 +67,12 @@ fn drawn(drawing: &Drawing, draw: impl Fn(&Point2<f64>) -> Option<Point3<f64>>) 
     InkTrace { inks: vec![TraceInk { name: "a".into(), color: Rgb([0; 3]) }], strokes }
 }
 
+/// Ink on a surface that is longer in y than its sheet.
+fn stretched(mut ink: InkTrace, factor: f64) -> InkTrace {
+    ink.strokes.iter_mut().flat_map(|s| &mut s.points).for_each(|p| p.position.y *= factor);
+    ink
+}
+
 fn measured(draw: impl Fn(&Point2<f64>) -> Option<Point3<f64>>) -> GridShape {
     grid_shape(&grid(), &wished(&grid()), &drawn(&grid(), draw)).unwrap()
 }
@@ -138,7 +144,7 @@ fn joined_and_turned_strokes_are_the_same_grid() {
     let corner = |x: f64, y: f64| Point2::new(0.02 * x, 0.02 * y);
     let round = vec![corner(1., 1.), corner(-1., 1.), corner(-1., -1.), corner(1., -1.), corner(1., 1.)];
     frame.layers[0].strokes = vec![crate::drawing::Stroke::new(round)];
-    let ink = drawn(&frame, |p| Some(Point3::new(p.x, 1.1 * p.y, 0.0)));
+    let ink = stretched(drawn(&frame, |p| Some(flat(p))), 1.1);
     let shape = grid_shape(&frame, &wished(&frame), &ink).unwrap();
     assert_eq!((shape.crossings, shape.missing), (4, 0));
     assert!((shape.aspect_deviation - 0.5 * (0.1 + 1.0 - 1.0 / 1.1)).abs() < 0.01, "{shape:?}");
@@ -149,7 +155,7 @@ fn sides_of_a_curve_are_found_corner_by_corner() {
     let hilbert = Pattern::Hilbert { order: 4, color: Rgb([0; 3]) }.draw(0.15).unwrap();
     let straight = side_errors(&hilbert, &drawn(&hilbert, |p| Some(flat(p)))).unwrap();
     assert!(straight.max < 0.05 && straight.sides > 150, "{straight:?}");
-    let wide = side_errors(&hilbert, &drawn(&hilbert, |p| Some(Point3::new(p.x, 1.2 * p.y, 0.0)))).unwrap();
+    let wide = side_errors(&hilbert, &stretched(drawn(&hilbert, |p| Some(flat(p))), 1.2)).unwrap();
     assert!(wide.max > 0.15 && wide.max < 0.3, "{wide:?}");
     let circle = Pattern::Target { figure: crate::drawing::Figure::Circles, color: Rgb([0; 3]) }.draw(0.1).unwrap();
     assert!(side_errors(&circle, &drawn(&circle, |p| Some(flat(p)))).is_none_or(|s| s.max < 0.05));

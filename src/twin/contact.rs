@@ -109,7 +109,7 @@ fn foot(canvas: &TriMesh, tip: &Point3<f64>, before: Option<(f64, Vector3<f64>)>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Boards, clad, shapes};
+    use crate::mesh::shapes;
 
     fn spring() -> NibSpring {
         NibSpring { stiffness: 1.75e4, damping: 5.0, lateral_stiffness: 5e4, lateral_damping: 20.0, friction: 0.3 }
@@ -146,28 +146,5 @@ mod tests {
         let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
         let at = Point3::new(0.0, 0.0, -0.01);
         assert_eq!(Nib::default().touch(&spring(), 0.3, &block, &at, &Vector3::zeros(), 1e-3), None);
-    }
-
-    #[test]
-    fn an_upright_step_pushes_back_sideways_and_gives_no_energy() {
-        let wall = shapes::rectangle(0.4, 0.3, 0.0, 0.01).unwrap();
-        let boards = Boards { start: -0.4, width: 0.4, gap: 0.0, bevel: 0.0, offsets: vec![0.0, 0.005] };
-        let step = clad(&wall, &crate::math::Pose::identity(), false, &boards).unwrap();
-        // a mass of 3 kg pressed down by 1 N slides into the step at 40 mm/s
-        let (mass, dt) = (3.0, 1e-3);
-        let (mut p, mut v) = (Point3::new(-0.02, 0.013, -5e-5), Vector3::new(0.04, 0.0, 0.0));
-        let (mut nib, mut stopped) = (Nib::default(), false);
-        let start = 0.5 * mass * v.norm_squared();
-        for _ in 0..2000 {
-            let contact = nib.touch(&spring(), 0.3, &step, &p, &v, dt);
-            let force = contact.map_or(Vector3::zeros(), |c| c.force) - Vector3::z();
-            v += force / mass * dt;
-            p += v * dt;
-            stopped |= v.x <= 0.0;
-            let energy = 0.5 * mass * v.norm_squared();
-            assert!(energy < 1.05 * start + 1e-3, "{energy} J of {start} J at {p}");
-            assert!(p.x < 2e-3, "went through: {p}");
-        }
-        assert!(stopped || v.norm() < 1e-3);
     }
 }
