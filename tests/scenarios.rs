@@ -133,7 +133,6 @@ each!(
     patterns_column_both,
     patterns_column_conformal,
     patterns_column_projection,
-    plank_wall,
     scanned_column,
     stylus_signature,
     touched_bucket,
