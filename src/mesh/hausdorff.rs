@@ -40,7 +40,7 @@ mod tests {
 
     #[test]
     fn spheres_in_spheres_and_moved_boxes_are_as_far_apart_as_they_are() {
-        let (small, large) = (shapes::sphere(0.10, 0.01).unwrap(), shapes::sphere(0.11, 0.01).unwrap());
+        let (small, large) = (shapes::sphere(0.10, 0.005).unwrap(), shapes::sphere(0.11, 0.005).unwrap());
         let d = hausdorff(&small, &large);
         assert!((d - 0.01).abs() < 2e-4, "{d}");
         assert_eq!(hausdorff(&large, &small), d);

@@ -267,8 +267,9 @@ mod tests {
         let dome = shapes::dome(0.15, 0.006).unwrap();
         let (rough, _) = rough(&dome, &field(3, 0.15), 0.15, 0.0105, &Vector3::z_axis()).unwrap();
         assert_eq!(rough.triangles().len(), dome.triangles().len());
-        for (p, q) in dome.vertices().iter().zip(rough.vertices()) {
-            assert!(p.z > 1e-9 || (p - q).norm() == 0.0);
+        for p in dome.vertices().iter().filter(|p| p.z <= 1e-9) {
+            let off = (rough.closest_point(p).position - p).norm();
+            assert!(off < 1e-6, "{p} has moved by {off}");
         }
         // volume of a closed surface is the same from any origin: nothing gapes
         let shifted = rough.transformed(&crate::math::Pose::translation(1.0, 2.0, 3.0));

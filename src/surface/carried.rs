@@ -29,8 +29,12 @@ impl Mapping for Carried {
     }
 
     fn to_sheet(&self, world: &Point3<f64>) -> Option<Point2<f64>> {
-        let foot = self.meant_mesh.closest_point_within(world, 2.0 * self.reach)?;
-        self.meant.to_sheet(&foot.position)
+        let foot = self.meant_mesh.closest_point_within(world, 2.0 * self.reach)?.position;
+        let sheet = self.meant.to_sheet(&foot)?;
+        // the nearest point of a facet isn't quite the one whose smooth normal leads here: once more, from where that leads
+        let Some(there) = self.to_surface(&sheet) else { return Some(sheet) };
+        let nearer = self.meant_mesh.closest_point_within(&(foot + (world - there.position)), 2.0 * self.reach);
+        nearer.and_then(|n| self.meant.to_sheet(&n.position)).or(Some(sheet))
     }
 
     fn kind(&self) -> &'static str {
