@@ -93,12 +93,11 @@ fn a_guarded_motion_stops_at_its_force_and_tells_where_the_surface_is() {
     let (free, _) = execute(&[vec![segments(0.02, 0.002)[0].clone()]], Some(Guard { force: 0.5 }));
     assert!(free[0].stopped.is_none() && free[0].arms[0].felt.is_empty());
 
-    let down = segments(0.01, -0.02)[0].clone();
+    let down = segments(0.006, -0.004)[0].clone();
     // it stays where it stopped: the pen gives way by its spring, and the robot knows how much
     let (met, record) = execute(&[vec![down.clone()], vec![]], Some(Guard { force: 0.5 }));
     assert!(met[0].stopped == Some(0) && met[0].time < down.end() && met[1].time > met[0].time + 0.4);
-    // this one comes down fast: before the arm has stopped it presses harder than the guard
-    assert!(record.arms[0].max_force > 0.5 && record.arms[0].max_force < 20.0, "{} N", record.arms[0].max_force);
+    assert!(record.arms[0].max_force > 0.5 && record.arms[0].max_force < 8.0, "{} N", record.arms[0].max_force);
     let felt = met[1].arms[0].felt.last().unwrap();
     let pen = PenModel::named("fineliner_08").unwrap();
     let surface = felt.tip - felt.axis * (felt.force / pen.spring.stiffness);

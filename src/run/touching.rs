@@ -270,7 +270,8 @@ impl Hand<'_> {
             sheet: *p,
             width: None,
         };
-        let places: Vec<SurfaceTarget> = probe_places(drawing, self.touch.probes as usize).iter().map(target).collect();
+        let places: Vec<SurfaceTarget> =
+            probe_places(drawing, self.layer, self.touch.probes as usize).iter().map(target).collect();
         let started = Instant::now();
         // the surface may be anywhere in the range: the air ends at its top, and the pen alone goes under that
         let flat = |height| self.canvas.flat(height).map_err(RunError::Touched);
@@ -467,13 +468,17 @@ fn length(targets: &[SurfaceTarget]) -> f64 {
     targets.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum()
 }
 
+/// A node of the probing grid takes a point of the first ink that is not farther than this share of the extent's diagonal.
+const NEAR: f64 = 0.15;
+
 /// Points of the drawing nearest to the nodes of an `n` x `n` grid over its extent, from the middle outward: probes mark the
-/// canvas only where it is drawn on.
-fn probe_places(drawing: &Drawing, n: usize) -> Vec<Point2<f64>> {
-    let points: Vec<Point2<f64>> =
-        drawing.layers.iter().flat_map(|l| &l.strokes).flat_map(|s| s.points.iter().copied()).collect();
-    let Some(first) = points.first() else { return Vec::new() };
-    let (low, high) = points.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));
+/// canvas only where it is drawn on, and in the ink of layer `first`, whose pen is held, where that has a point near.
+fn probe_places(drawing: &Drawing, first: usize, n: usize) -> Vec<Point2<f64>> {
+    let of = |layer: &InkLayer| layer.strokes.iter().flat_map(|s| s.points.iter().copied()).collect::<Vec<_>>();
+    let points: Vec<Point2<f64>> = drawing.layers.iter().flat_map(of).collect();
+    let own = drawing.layers.get(first).map(of).unwrap_or_default();
+    let Some(start) = points.first() else { return Vec::new() };
+    let (low, high) = points.iter().fold((*start, *start), |(l, h), p| (l.inf(p), h.sup(p)));
     let share = |i: usize| i as f64 / (n - 1) as f64;
     let mut nodes: Vec<Point2<f64>> = (0..n * n)
         .map(|k| {
@@ -487,9 +492,11 @@ fn probe_places(drawing: &Drawing, n: usize) -> Vec<Point2<f64>> {
     let mut places: Vec<Point2<f64>> = Vec::new();
     for node in nodes {
         let gap = |p: &&Point2<f64>| (**p - node).norm_squared();
-        let Some(near) = points.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))) else { continue };
+        let nearest = |of: &[Point2<f64>]| of.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied();
+        let near_enough = |p: &Point2<f64>| (p - node).norm() <= NEAR * (high - low).norm();
+        let Some(near) = nearest(&own).filter(near_enough).or_else(|| nearest(&points)) else { continue };
         if places.iter().all(|p| (p - near).norm() > 0.005) {
-            places.push(*near);
+            places.push(near);
         }
     }
     places
@@ -590,7 +597,7 @@ mod tests {
             width_hint: None,
             strokes: vec![Stroke::new(ring.clone()), Stroke::new(vec![corner(0.0, 0.1)])],
         };
-        let places = probe_places(&Drawing::new(0.1, 0.16, vec![layer]), 3);
+        let places = probe_places(&Drawing::new(0.1, 0.16, vec![layer]), 0, 3);
         assert_eq!(places[0], corner(0.0, 0.1));
         assert_eq!(places.len(), 5);
         assert!(ring.iter().all(|p| places.contains(p)));

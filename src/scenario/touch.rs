@@ -36,7 +36,7 @@ impl Default for TouchSettings {
         Self {
             range_mm: [-80.0, 20.0],
             probes: 3,
-            probe_speed_mm_s: 15.0,
+            probe_speed_mm_s: 10.0,
             contact_n: 0.4,
             force_noise_n: 0.02,
             spacing_mm: 1.5,
