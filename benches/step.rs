@@ -42,6 +42,7 @@ struct Bench {
     wish: Reference,
     /// Where the nib rests on the canvas at half a newton or so.
     tip: Point3<f64>,
+    axis: Vector3<f64>,
     velocity: Vector3<f64>,
 }
 
@@ -74,6 +75,7 @@ impl Bench {
             pen: PenModel::named("fineliner_08").expect("a known pen"),
             state: MeasuredState { q: m.q, qd: m.qd },
             velocity: kinematics.tip_velocity(&m.qd),
+            axis: -foot.normal,
             tip: foot.position - foot.normal * 1e-4,
             plan: Plan { arms: vec![planned.plan] },
             canvas: truth,
@@ -86,7 +88,8 @@ impl Bench {
 
     fn contact(&self, nib: &mut Nib) -> Contact {
         let friction = (self.pen.spring.friction * self.canvas_friction).sqrt();
-        nib.touch(&self.pen.spring, friction, &self.canvas.mesh, &self.tip, &self.velocity, DT).expect("it touches")
+        nib.touch(&self.pen.spring, friction, &self.canvas.mesh, &self.tip, &self.axis, &self.velocity, DT)
+            .expect("it touches")
     }
 
     fn controller(&self) -> ImpedanceController {

@@ -23,10 +23,14 @@ pub enum Pattern {
         color: Rgb,
     },
     /// Hilbert's curve through 4^order points, from the lower left to the lower right corner: one stroke of
-    /// (2^order + 1) times the sheet's side.
+    /// (2^order + 1) times the sheet's side. With a grid the curve runs through the middles of 4^order squares instead, which
+    /// makes it shorter by a factor of 1 - 2^-order.
     Hilbert {
         /// 1..=10.
         order: u32,
+        /// Squares along a side of a grid that is drawn first, 1..=1000; 0 for none.
+        #[serde(default)]
+        cells: u32,
         /// Colour of the ink.
         #[serde(default = "black")]
         color: Rgb,
@@ -104,7 +108,15 @@ impl Pattern {
         // Strokes on a sheet of side 1 about the origin.
         let (name, color, strokes) = match *self {
             Pattern::Grid { cells, color } => ("grid", color, grid(within("cells", cells, 1..=1000)?)),
-            Pattern::Hilbert { order, color } => ("hilbert", color, vec![hilbert(within("order", order, 1..=10)?)]),
+            Pattern::Hilbert { order, cells: 0, color } => {
+                ("hilbert", color, vec![hilbert(within("order", order, 1..=10)?)])
+            }
+            Pattern::Hilbert { order, cells, color } => {
+                let mut strokes = grid(within("cells", cells, 1..=1000)?);
+                let inner = 1.0 - 0.5f64.powi(within("order", order, 1..=10)? as i32);
+                strokes.push(hilbert(order).into_iter().map(|p| p * inner).collect());
+                ("hilbert", color, strokes)
+            }
             Pattern::Arrowhead { order, color } => {
                 ("arrowhead", color, vec![arrowhead(within("order", order, 0..=12)?)])
             }
@@ -300,6 +312,11 @@ mod tests {
             assert_eq!((d.stroke_count(), d.point_count()), (1, 1 << (2 * k)));
             assert!((d.length() / (s * (2f64.powi(k) + 1.0)) - 1.0).abs() < 1e-9);
             assert_on_sheet(&d);
+            let d = draw(&format!("kind = 'hilbert'\norder = {k}\ncells = 3"), s);
+            let curve = s * (2f64.powi(k) + 1.0) * (1.0 - 0.5f64.powi(k));
+            assert_eq!(d.stroke_count(), 9);
+            assert!((d.length() / (8.0 * s + curve) - 1.0).abs() < 1e-9);
+            assert_on_sheet(&d);
         }
         for k in 0..=9 {
             let d = draw(&format!("kind = 'arrowhead'\norder = {k}"), s);
@@ -351,7 +368,7 @@ mod tests {
         for text in ["kind = 'grid'\ncell = 3", "kind = 'grd'", "kind = 'hilbert'", "kind = 'hilbert'\norder = -1"] {
             assert!(toml::from_str::<Pattern>(text).is_err(), "{text}");
         }
-        let e = Pattern::Hilbert { order: 40, color: black() }.draw(0.1).unwrap_err();
+        let e = Pattern::Hilbert { order: 40, cells: 0, color: black() }.draw(0.1).unwrap_err();
         assert_eq!(e.to_string(), "order = 40: must lie between 1 and 10");
         assert!(Pattern::Grid { cells: 7, color: black() }.draw(f64::NAN).is_err());
     }

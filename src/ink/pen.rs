@@ -32,6 +32,8 @@ pub struct NibSpring {
     pub lateral_damping: f64,
     /// Coulomb friction coefficient `mu` on paper; a canvas may scale it.
     pub friction: f64,
+    /// Radius of the ball that the nib ends in, m; 0 is a point. It decides how far the nib enters a gap and how it climbs an edge.
+    pub radius: f64,
 }
 
 /// Speeds below this are taken for this where a steady line's width is asked for, m/s.
@@ -128,6 +130,7 @@ impl PenModel {
                 lateral_stiffness: contact.lateral_stiffness_n_m,
                 lateral_damping: contact.lateral_damping_n_s_m,
                 friction: contact.friction,
+                radius: nib.radius_mm * 1e-3,
             },
             force_min: force.min_n,
             force_nominal: force.nominal_n,
@@ -256,6 +259,8 @@ struct NibTable {
     width_at_rest_mm: f64,
     width_nominal_mm: f64,
     width_max_mm: f64,
+    #[serde(default)]
+    radius_mm: f64,
 }
 
 #[derive(Deserialize)]
@@ -306,6 +311,7 @@ impl PenFile {
             ("nib.width_at_rest_mm", nib.width_at_rest_mm, 1e-3, 100.0),
             ("nib.width_nominal_mm", nib.width_nominal_mm, nib.width_at_rest_mm, 100.0),
             ("nib.width_max_mm", nib.width_max_mm, nib.width_nominal_mm, 100.0),
+            ("nib.radius_mm", nib.radius_mm, 0.0, 20.0),
             ("contact.stiffness_n_m", contact.stiffness_n_m, 1e3, 1e6),
             ("contact.damping_s_m", contact.damping_s_m, 0.0, 1e3),
             ("contact.lateral_stiffness_n_m", contact.lateral_stiffness_n_m, 1e3, 1e5),

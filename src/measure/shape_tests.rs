@@ -152,7 +152,7 @@ fn joined_and_turned_strokes_are_the_same_grid() {
 
 #[test]
 fn sides_of_a_curve_are_found_corner_by_corner() {
-    let hilbert = Pattern::Hilbert { order: 4, color: Rgb([0; 3]) }.draw(0.15).unwrap();
+    let hilbert = Pattern::Hilbert { order: 4, cells: 0, color: Rgb([0; 3]) }.draw(0.15).unwrap();
     let straight = side_errors(&hilbert, &drawn(&hilbert, |p| Some(flat(p)))).unwrap();
     assert!(straight.max < 0.05 && straight.sides > 150, "{straight:?}");
     let wide = side_errors(&hilbert, &stretched(drawn(&hilbert, |p| Some(flat(p))), 1.2)).unwrap();

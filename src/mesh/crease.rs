@@ -5,6 +5,7 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 
 use super::TriMesh;
+use super::topology::{root, union};
 use super::triangle::Triangle;
 
 /// Edges that bend by this much or more (rad) are creases.
@@ -69,19 +70,6 @@ fn smooth_fans(triangles: &[[u32; 3]], face_normals: &[Vector3<f64>]) -> Vec<u32
         }
     }
     (0..parent.len() as u32).map(|corner| root(&mut parent, corner)).collect()
-}
-
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
-}
-
-fn union(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parent, a), root(parent, b));
-    parent[a.max(b) as usize] = a.min(b);
 }
 
 /// Sum of the face normals round each vertex, weighted by the corner's angle: it does not depend on how a flat polygon

@@ -177,7 +177,8 @@ fn straightest_pairs(mut wings: Vec<(u32, Vector3<f64>)>) -> Vec<(u32, u32)> {
     pairs
 }
 
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
+/// The first of the set that `i` belongs to, in a forest of sets.
+pub(super) fn root(parent: &mut [u32], mut i: u32) -> u32 {
     while parent[i as usize] != i {
         parent[i as usize] = parent[parent[i as usize] as usize];
         i = parent[i as usize];
@@ -185,7 +186,8 @@ fn root(parent: &mut [u32], mut i: u32) -> u32 {
     i
 }
 
-fn union(parent: &mut [u32], a: u32, b: u32) {
+/// Joins the sets of `a` and `b`.
+pub(super) fn union(parent: &mut [u32], a: u32, b: u32) {
     let (a, b) = (root(parent, a), root(parent, b));
     parent[a.max(b) as usize] = a.min(b);
 }

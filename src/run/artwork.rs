@@ -97,7 +97,7 @@ fn generate(pattern: &scenario::Pattern, spec: &DrawingSpec) -> Result<Drawing, 
     let color = BLACK;
     let pattern = match *pattern {
         scenario::Pattern::Grid { n } => Pattern::Grid { cells: n, color },
-        scenario::Pattern::Hilbert { order } => Pattern::Hilbert { order, color },
+        scenario::Pattern::Hilbert { order, n } => Pattern::Hilbert { order, cells: n, color },
         scenario::Pattern::Arrowhead { order } => Pattern::Arrowhead { order, color },
         scenario::Pattern::Snowflake { order } => Pattern::Snowflake { order, color },
         scenario::Pattern::Target => Pattern::Target { figure: Figure::default(), color },

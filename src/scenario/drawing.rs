@@ -25,6 +25,8 @@ pub enum Pattern {
     Hilbert {
         /// Order; the curve has 4^order points.
         order: u32,
+        /// Squares a side of a grid under it; 0 for none.
+        n: u32,
     },
     /// Sierpinski's arrowhead curve.
     Arrowhead {
@@ -352,11 +354,14 @@ fn resolve_pattern(typed: PatternFile, check: &Check) -> Result<Pattern, Scenari
             refuse(ORDER, typed.order, "is for curves: a target takes none")?;
             refuse(N, typed.n, "is for grids: a target takes none")?;
         }
+        PatternKind::Hilbert => (),
         _ => refuse(N, typed.n, "is for grids: this curve takes `order`")?,
     }
     Ok(match typed.kind {
         PatternKind::Grid => Pattern::Grid { n: count(N, typed.n, 7, 1, 200)? },
-        PatternKind::Hilbert => Pattern::Hilbert { order: count(ORDER, typed.order, 5, 1, 8)? },
+        PatternKind::Hilbert => {
+            Pattern::Hilbert { order: count(ORDER, typed.order, 5, 1, 8)?, n: count(N, typed.n, 0, 0, 200)? }
+        }
         PatternKind::Arrowhead => Pattern::Arrowhead { order: count(ORDER, typed.order, 6, 1, 9)? },
         PatternKind::Snowflake => Pattern::Snowflake { order: count(ORDER, typed.order, 4, 0, 7)? },
         PatternKind::Target => Pattern::Target,
@@ -407,7 +412,7 @@ impl From<Pattern> for PatternFile {
     fn from(pattern: Pattern) -> Self {
         let (kind, n, order) = match pattern {
             Pattern::Grid { n } => (PatternKind::Grid, Some(n), None),
-            Pattern::Hilbert { order } => (PatternKind::Hilbert, None, Some(order)),
+            Pattern::Hilbert { order, n } => (PatternKind::Hilbert, (n > 0).then_some(n), Some(order)),
             Pattern::Arrowhead { order } => (PatternKind::Arrowhead, None, Some(order)),
             Pattern::Snowflake { order } => (PatternKind::Snowflake, None, Some(order)),
             Pattern::Target => (PatternKind::Target, None, None),

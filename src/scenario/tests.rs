@@ -102,7 +102,7 @@ fn mistakes_name_their_line_and_what_would_be_right() {
 fn overrides_change_the_scenario_and_own_their_mistakes() {
     let house = House::new();
     let s = house.parse(SHORT, &["drawing.pattern={kind='hilbert',order=3}", "pen.kind=marker"]).unwrap();
-    assert_eq!(s.drawing.artwork, Artwork::Pattern(Pattern::Hilbert { order: 3 }));
+    assert_eq!(s.drawing.artwork, Artwork::Pattern(Pattern::Hilbert { order: 3, n: 0 }));
     assert!(s.pen.kind.ends_with("pens/marker.toml"));
     for (set, expected) in [
         ("control.sped_mm_s=3", "--set control.sped_mm_s=3: unknown key `sped_mm_s`: did you mean `speed_mm_s`?"),

@@ -238,12 +238,13 @@ impl ArmRun {
         };
         self.wish = wish;
         let tip = Point3::from(k.world_from_tip().translation.vector);
-        let contact = self.touch(world, &tip, &k.tip_velocity(&state.qd), dt);
+        let axis = k.world_from_tip().rotation * Vector3::z();
+        let contact = self.touch(world, &tip, &axis, &k.tip_velocity(&state.qd), dt);
         self.draw(time, dt, world, contact.as_ref(), stroke, events);
 
         let command = self.arm.controller.torque(state, k, &wish, dt);
         let torque = self.delayed(command.torque);
-        let force = contact.map_or_else(TipForce::default, |c| TipForce { point: tip, force: c.force });
+        let force = contact.map_or_else(TipForce::default, |c| TipForce { point: c.point, force: c.force });
 
         if let Some(sensor) = &mut self.sensor {
             let model = self.arm.controller.model();
@@ -276,9 +277,16 @@ impl ArmRun {
         Press { expected_force: stiffness * d.depth, rate: d.rate, acceleration: d.acceleration }
     }
 
-    fn touch(&mut self, world: &Surroundings, tip: &Point3<f64>, velocity: &Vector3<f64>, dt: f64) -> Option<Contact> {
+    fn touch(
+        &mut self,
+        world: &Surroundings,
+        tip: &Point3<f64>,
+        axis: &Vector3<f64>,
+        velocity: &Vector3<f64>,
+        dt: f64,
+    ) -> Option<Contact> {
         let spring = world.spring(self.layer);
-        self.nib.touch(&spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, velocity, dt)
+        self.nib.touch(&spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, axis, velocity, dt)
     }
 
     fn draw(

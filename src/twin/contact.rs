@@ -14,12 +14,18 @@ const REACH: f64 = 0.004;
 const THIN: f64 = 0.002;
 /// A nib farther than this from its foot point across the normal hangs over the canvas's edge, m.
 const OVERHANG: f64 = 5e-4;
+/// Cosine between a smooth normal and the line to the ball's centre from which on the ball is on a face (8 degrees) ...
+const FACE: f64 = 0.990;
+/// ... and below which it is on an edge (20 degrees).
+const EDGE_FULL: f64 = 0.940;
 
 /// A nib that touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Where it touches the surface.
     pub at: SurfacePoint,
+    /// Where the force acts on the pen, m, world.
+    pub point: Point3<f64>,
     /// Normal force, N, above 0.
     pub normal_force: f64,
     /// Force of the canvas on the pen, N, world: normal and friction.
@@ -40,8 +46,8 @@ pub struct Nib {
 }
 
 impl Nib {
-    /// The contact of a nib at `tip` (m, world) that moves at `velocity` (m/s), `dt` s after the last call; `None` off
-    /// the canvas.
+    /// The contact of a nib at `tip` (m, world), whose pen points along unit `axis` (world), that moves at `velocity` (m/s), `dt` s
+    /// after the last call; `None` off the canvas.
     ///
     /// - Normal: `F = k d (1 + c v)` with depth `d` that grows at `v`, the change since the last step (Hunt and Crossley 1975,
     ///   doi:10.1115/1.3423596). The loss is bounded, `0 <= F <= 1.2 k d`: fibres that are lossy under the
@@ -54,17 +60,16 @@ impl Nib {
         friction: f64,
         canvas: &TriMesh,
         tip: &Point3<f64>,
+        axis: &Vector3<f64>,
         velocity: &Vector3<f64>,
         dt: f64,
     ) -> Option<Contact> {
         let before = std::mem::take(self);
-        let at = foot(canvas, tip, before.depth)?;
-        let n = at.normal;
-        let offset = tip - at.position;
-        let depth = -offset.dot(&n);
-        if depth <= 0.0 || (offset + n * depth).norm() > OVERHANG + depth {
-            return None;
-        }
+        let Press { at, normal: n, depth, point } = if spring.radius > 0.0 {
+            ball(canvas, &(tip - axis * spring.radius), spring.radius, before.depth)?
+        } else {
+            point(canvas, tip, before.depth)?
+        };
         let separation = velocity.dot(&n);
         // the smooth normal leans against the facet, so that the nib's velocity along it isn't how fast it is pressed
         let pressing = before.depth.map_or(-separation, |(last, _)| (depth - last) / dt);
@@ -90,8 +95,55 @@ impl Nib {
             hold = if size > limit { damped * (limit / size) } else { damped };
         }
         self.stretch = stretch;
-        Some(Contact { at, normal_force, force: n * normal_force + hold, slip })
+        Some(Contact { at, point, normal_force, force: n * normal_force + hold, slip })
     }
+}
+
+/// How a nib is pressed into the surface.
+struct Press {
+    at: SurfacePoint,
+    /// Direction in which the surface pushes the nib, unit, world.
+    normal: Vector3<f64>,
+    /// How deep the nib is in, m, above 0.
+    depth: f64,
+    /// Where the push acts on the pen, m, world.
+    point: Point3<f64>,
+}
+
+/// A pointed nib: pressed as deep as its tip lies under the surface.
+fn point(canvas: &TriMesh, tip: &Point3<f64>, before: Option<(f64, Vector3<f64>)>) -> Option<Press> {
+    let at = foot(canvas, tip, before)?;
+    let normal = at.normal;
+    let offset = tip - at.position;
+    let depth = -offset.dot(&normal);
+    let over = depth <= 0.0 || (offset + normal * depth).norm() > OVERHANG + depth;
+    (!over).then_some(Press { at, normal, depth, point: *tip })
+}
+
+/// A nib that ends in a ball: pressed as deep as the ball's nearest surface point lies within the ball.
+fn ball(canvas: &TriMesh, center: &Point3<f64>, radius: f64, before: Option<(f64, Vector3<f64>)>) -> Option<Press> {
+    let deep = before.map_or(0.0, |(depth, _)| depth);
+    // a centre that was under the surface looks as far as it may have sunk since
+    let at = canvas.closest_point_within(center, radius.max(deep - radius + REACH))?;
+    let offset = center - at.position;
+    let distance = offset.norm();
+    let along = offset.dot(&at.normal);
+    let inside = along < 0.0;
+    if inside && before.is_none() {
+        // never met: behind the canvas or over its open edge
+        return None;
+    }
+    let depth = radius - if inside { -distance } else { distance };
+    // On a face the smooth normal keeps the force steady over facets; over an edge the push turns with the line to the centre.
+    let normal = if inside || distance < 0.25 * radius {
+        at.normal
+    } else {
+        let line = offset / distance;
+        let share = ((line.dot(&at.normal) - EDGE_FULL) / (FACE - EDGE_FULL)).clamp(0.0, 1.0);
+        let share = share * share * (3.0 - 2.0 * share);
+        (line * (1.0 - share) + at.normal * share).normalize()
+    };
+    (depth > 0.0).then(|| Press { at, normal, depth, point: at.position })
 }
 
 /// The surface point that a nib at `tip` touches, if it is near enough; `before` is how deep it was a step ago, and the normal there.
@@ -112,7 +164,14 @@ mod tests {
     use crate::mesh::shapes;
 
     fn spring() -> NibSpring {
-        NibSpring { stiffness: 1.75e4, damping: 5.0, lateral_stiffness: 5e4, lateral_damping: 20.0, friction: 0.3 }
+        NibSpring {
+            stiffness: 1.75e4,
+            damping: 5.0,
+            lateral_stiffness: 5e4,
+            lateral_damping: 20.0,
+            friction: 0.3,
+            radius: 0.0,
+        }
     }
 
     /// Normal forces of a nib that moves down from the surface by `step` (m) each millisecond.
@@ -121,7 +180,10 @@ mod tests {
         let velocity = Vector3::new(0.0, 0.0, -step / 1e-3);
         let at = |i: u32| Point3::new(0.001, 0.002, -step * f64::from(i));
         (1..=count)
-            .map(|i| nib.touch(&spring(), 0.3, canvas, &at(i), &velocity, 1e-3).map_or(0.0, |c| c.normal_force))
+            .map(|i| {
+                nib.touch(&spring(), 0.3, canvas, &at(i), &-Vector3::z(), &velocity, 1e-3)
+                    .map_or(0.0, |c| c.normal_force)
+            })
             .collect()
     }
 
@@ -145,6 +207,59 @@ mod tests {
     fn a_nib_far_under_a_surface_that_it_never_met_touches_nothing() {
         let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
         let at = Point3::new(0.0, 0.0, -0.01);
-        assert_eq!(Nib::default().touch(&spring(), 0.3, &block, &at, &Vector3::zeros(), 1e-3), None);
+        assert_eq!(Nib::default().touch(&spring(), 0.3, &block, &at, &-Vector3::z(), &Vector3::zeros(), 1e-3), None);
+    }
+
+    const BALL: f64 = 2.5e-3;
+
+    /// Contact of a ball-ended nib with its tip at (x, 0, z) over `canvas`, `None` where it touches nothing.
+    fn rolled(canvas: &TriMesh, x: f64, z: f64) -> Option<Contact> {
+        let round = NibSpring { radius: BALL, ..spring() };
+        let tip = Point3::new(x, 0.0, z);
+        Nib::default().touch(&round, 0.0, canvas, &tip, &-Vector3::z(), &Vector3::zeros(), 1e-3)
+    }
+
+    /// Two blocks with their tops at z = 0 and a gap in x between them.
+    fn split(gap: f64) -> TriMesh {
+        let block = shapes::rectangle(0.1, 0.1, 0.03, 0.02).unwrap();
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for x in [-0.05 - gap / 2.0, 0.05 + gap / 2.0] {
+            let first = vertices.len() as u32;
+            vertices.extend(block.vertices().iter().map(|v| v + Vector3::x() * x));
+            triangles.extend(block.triangles().iter().map(|t| t.map(|v| v + first)));
+        }
+        TriMesh::new(vertices, triangles).unwrap()
+    }
+
+    #[test]
+    fn a_ball_on_a_face_is_pressed_as_deep_as_its_tip() {
+        let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
+        let contact = rolled(&block, 0.003, -1e-4).unwrap();
+        assert!((contact.normal_force / (1.75e4 * 1e-4) - 1.0).abs() < 1e-9, "{} N", contact.normal_force);
+        assert!((contact.at.position.x - 0.003).abs() < 1e-12 && (contact.force.normalize().z - 1.0).abs() < 1e-12);
+        assert_eq!(rolled(&block, 0.003, 1e-6), None);
+    }
+
+    #[test]
+    fn a_ball_sinks_into_a_gap_by_what_its_radius_tells() {
+        // r - sqrt(r^2 - (g / 2)^2)
+        let (gap, sunk) = (3e-3, BALL - (BALL * BALL - 1.5e-3_f64.powi(2)).sqrt());
+        let canvas = split(gap);
+        assert_eq!(rolled(&canvas, 0.0, -sunk + 1e-6), None);
+        let held = rolled(&canvas, 1e-9, -sunk - 1e-5).unwrap();
+        assert!((held.at.position.x - gap / 2.0).abs() < 1e-9);
+        // the push is from the edge to the centre, leaning inward
+        let lean = held.force.normalize();
+        assert!((lean.x + 1.5e-3 / BALL).abs() < 0.02 && lean.z > 0.7, "{lean}");
+    }
+
+    #[test]
+    fn the_push_on_a_ball_that_passes_an_edge_never_jumps() {
+        let canvas = split(4e-3);
+        let pushes: Vec<Vector3<f64>> = (0..400)
+            .map(|i| rolled(&canvas, -6e-3 + 1e-5 * f64::from(i), -2e-5).map_or(Vector3::zeros(), |c| c.force))
+            .collect();
+        let jump = pushes.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
+        assert!(pushes[0].z > 0.3 && pushes[399].norm() < 1e-9 && jump < 0.05, "{jump} N");
     }
 }
