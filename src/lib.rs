@@ -7,25 +7,15 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-pub mod art;
-pub mod config;
-pub mod control;
-pub mod drawing;
+// Three crates, so that a change is compiled again only where it matters and from there up; one set of paths.
+pub use calamus_robots::{control, ink, plan, robot, twin};
+pub use calamus_strokes::{art, config, drawing, math, mesh, picture, scan, surface, tour};
+
 pub mod experiment;
-pub mod ink;
-pub mod math;
 pub mod measure;
-pub mod mesh;
-pub mod picture;
-pub mod plan;
 pub mod render;
 pub mod report;
-pub mod robot;
 pub mod run;
-pub mod scan;
 pub mod scenario;
-pub mod surface;
-pub mod tour;
-pub mod twin;
 
 pub mod cli;

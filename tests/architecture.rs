@@ -42,17 +42,19 @@ fn sources() -> Vec<(PathBuf, String, String)> {
             }
         }
     }
-    let src = root().join("src");
-    let mut files = Vec::new();
-    walk(&src, &mut files);
-    files.sort();
     let mut sources = Vec::new();
-    for file in files {
-        let inside = file.strip_prefix(&src).unwrap().to_path_buf();
-        let room = inside.components().next().unwrap().as_os_str().to_str().unwrap().to_string();
-        if !room.ends_with(".rs") {
-            let text = fs::read_to_string(&file).unwrap();
-            sources.push((inside, room, text));
+    for part in ["src", "crates/robots/src", "crates/strokes/src"] {
+        let src = root().join(part);
+        let mut files = Vec::new();
+        walk(&src, &mut files);
+        files.sort();
+        for file in files {
+            let inside = file.strip_prefix(&src).unwrap().to_path_buf();
+            let room = inside.components().next().unwrap().as_os_str().to_str().unwrap().to_string();
+            if !room.ends_with(".rs") {
+                let text = fs::read_to_string(&file).unwrap();
+                sources.push((inside, room, text));
+            }
         }
     }
     sources

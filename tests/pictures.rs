@@ -103,7 +103,7 @@ fn plain(folder: &Path, name: &str, side: u32, rgb: [u8; 3]) -> PathBuf {
 #[test]
 fn odd_pictures_are_drawn_or_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/strokes/tests/data");
     let whole = std::fs::read(art("chart.png")).unwrap();
     let cut = folder.path().join("cut.png");
     std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();

@@ -93,7 +93,7 @@ fn mistakes_name_their_line_and_what_would_be_right() {
         "s.toml:2: `height_mm` must be greater than 0, not -3"
     );
     assert_eq!(
-        house.error("[drawing.pattern]\nkind = 'hilbert'\nn = 3\n[canvas]\nscene='dome'\n", &[]),
+        house.error("[drawing.pattern]\nkind = 'arrowhead'\nn = 3\n[canvas]\nscene='dome'\n", &[]),
         "s.toml:3: `n` is for grids: this curve takes `order`"
     );
 }

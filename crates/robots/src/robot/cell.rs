@@ -307,7 +307,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn robots() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("robots")
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots")
     }
 
     fn given(name: &str) -> String {

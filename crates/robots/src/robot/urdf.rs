@@ -266,7 +266,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn robots(file: &str) -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(file)
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(file)
     }
 
     fn chain(base: &str, tip: &str) -> UrdfOptions {

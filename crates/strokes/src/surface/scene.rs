@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn every_scene_in_the_folder_can_be_drawn_on() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
         let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
         files.retain(|f| f.extension().is_some_and(|e| e == "toml"));
         files.sort();

@@ -260,6 +260,6 @@ mod tests {
             .map(|i| rolled(&canvas, -6e-3 + 1e-5 * f64::from(i), -2e-5).map_or(Vector3::zeros(), |c| c.force))
             .collect();
         let jump = pushes.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
-        assert!(pushes[0].z > 0.3 && pushes[399].norm() < 1e-9 && jump < 0.05, "{jump} N");
+        assert!(pushes[0].z > 0.3 && pushes[599].norm() < 1e-9 && jump < 0.05, "{jump} N");
     }
 }

@@ -84,10 +84,10 @@ pub struct PenModel {
 
 /// The pens that come with the program: name and TOML text.
 const PENS: [(&str, &str); 4] = [
-    ("felt_tip", include_str!("../../pens/felt_tip.toml")),
-    ("fineliner_04", include_str!("../../pens/fineliner_04.toml")),
-    ("fineliner_08", include_str!("../../pens/fineliner_08.toml")),
-    ("marker", include_str!("../../pens/marker.toml")),
+    ("felt_tip", include_str!("../../../../pens/felt_tip.toml")),
+    ("fineliner_04", include_str!("../../../../pens/fineliner_04.toml")),
+    ("fineliner_08", include_str!("../../../../pens/fineliner_08.toml")),
+    ("marker", include_str!("../../../../pens/marker.toml")),
 ];
 
 impl PenModel {
