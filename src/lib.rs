@@ -25,6 +25,7 @@ pub mod run;
 pub mod scan;
 pub mod scenario;
 pub mod surface;
+pub mod tool;
 pub mod tour;
 pub mod twin;
 
