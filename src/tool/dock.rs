@@ -30,8 +30,7 @@ impl ToolSet {
         let floor = low - n.pen_reach - CHAMBER;
         let outer = d.flare_radius + d.wall;
         let wall = |section: [[f64; 2]; 2], i| ConvexPart::wedge(n.axis, section, outer, i, d.wedges);
-        let mut parts: Vec<_> =
-            (0..d.wedges).map(|i| wall([[n.tip_radius, floor], [n.tip_radius, low]], i)).collect();
+        let mut parts: Vec<_> = (0..d.wedges).map(|i| wall([[n.tip_radius, floor], [n.tip_radius, low]], i)).collect();
         parts.push(ConvexPart::turned(n.axis, &[[outer, floor - CHAMBER], [outer, floor]], d.wedges));
         if let Some(seal) = &d.seal {
             let lip = [[n.pen_radius.max(0.8 * n.tip_radius), low - seal.height], [n.tip_radius, low]];

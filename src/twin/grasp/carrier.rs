@@ -91,9 +91,12 @@ impl Carrier {
             joint("roll", Revolute, Vector3::x()),
         ];
         let mut links = vec![link("base", SpatialInertia::massless())];
-        links.extend(joints.iter().enumerate().map(|(i, j)| {
-            link(&j.name, if i < 3 { ball(2.0, 0.05) } else { ball(1.0, 0.05) })
-        }));
+        links.extend(
+            joints
+                .iter()
+                .enumerate()
+                .map(|(i, j)| link(&j.name, if i < 3 { ball(2.0, 0.05) } else { ball(1.0, 0.05) })),
+        );
         // the flange's z points along the gantry's x, so that the palm does
         let turn = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
         let arm = ArmModel {
@@ -101,10 +104,7 @@ impl Carrier {
             world_from_base: Pose::identity(),
             joints,
             links,
-            last_from_tip: Isometry3::from_parts(
-                Vector3::new(-hand.mount, 0.0, 0.0).into(),
-                rotation(turn),
-            ),
+            last_from_tip: Isometry3::from_parts(Vector3::new(-hand.mount, 0.0, 0.0).into(), rotation(turn)),
         };
         let mut home = JointVector::zeros();
         home.fixed_rows_mut::<3>(0).copy_from(&grip.translation.vector);

@@ -136,7 +136,7 @@ impl Default for ChangeOptions {
             slack: 0.0004,
             clearance: 0.006,
             drop: 0.003,
-            grip: [12.0, 35.0],
+            grip: [20.0, 35.0],
             squeeze: [0.25, 0.3],
             finger_speed: 0.11,
             speed: 0.15,
@@ -159,6 +159,8 @@ struct Step {
     stage: Stage,
     to: Pose,
     hand: HandCommand,
+    /// Whether the stage goes on in the next step: nothing is checked yet.
+    goes_on: bool,
 }
 
 /// A tool change that is under way.
@@ -253,14 +255,24 @@ impl ToolChange {
         }
     }
 
+    /// Flat sides pressed, bevels free.
+    fn squeezed(&self) -> HandCommand {
+        HandCommand { wrap: 0.0, ..self.full() }
+    }
+
     fn enqueue(&mut self) {
         let o = self.options.clone();
-        let step = |stage, to, hand| Step { stage, to, hand };
+        let step = |stage, to, hand| Step { stage, to, hand, goes_on: false };
         let steps = match self.order {
             Order::Pick => vec![
                 step(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
                 step(Stage::HalfGrasp, self.grip_at(o.standoff, -o.below), self.half()),
                 step(Stage::Lift, self.grip_at(o.standoff, self.gap + self.lift), self.half()),
+                // flat sides first: while nothing rubs on the palm, they find the middle
+                Step {
+                    goes_on: true,
+                    ..step(Stage::FullGrasp, self.grip_at(o.standoff, self.gap + self.lift), self.squeezed())
+                },
                 step(Stage::FullGrasp, self.grip_at(o.standoff, self.gap + self.lift), self.full()),
             ],
             Order::Return => {
@@ -279,9 +291,9 @@ impl ToolChange {
     fn letting_go(&self) -> [Step; 3] {
         let (back, low) = (self.options.standoff, -self.options.below);
         [
-            Step { stage: Stage::Seat, to: self.grip_at(back, low), hand: self.half() },
-            Step { stage: Stage::Release, to: self.grip_at(back, low), hand: self.open() },
-            Step { stage: Stage::Retreat, to: self.ready(), hand: self.open() },
+            Step { stage: Stage::Seat, to: self.grip_at(back, low), hand: self.half(), goes_on: false },
+            Step { stage: Stage::Release, to: self.grip_at(back, low), hand: self.open(), goes_on: false },
+            Step { stage: Stage::Retreat, to: self.ready(), hand: self.open(), goes_on: false },
         ]
     }
 
@@ -328,6 +340,11 @@ impl ToolChange {
         if !self.recovering && (force > force_limit || torque > torque_limit) {
             self.fail(ChangeError::Collision { stage: step.stage, force, torque, force_limit, torque_limit }, senses);
         } else if self.time >= duration + self.options.settle && senses.hand_arrived {
+            if step.goes_on {
+                self.queue.pop_front();
+                self.time = 0.0;
+                return (self.goal, self.hand);
+            }
             match self.check(step.stage, senses) {
                 Err(e) if !self.recovering => self.fail(e, senses),
                 _ => self.advance(step.stage),
@@ -361,22 +378,36 @@ impl ToolChange {
             let back = if self.order == Order::Pick { self.options.standoff } else { 0.0 };
             let hand = self.hand;
             if hand.wrap > 0.0 {
-                steps.push(Step { stage: Stage::Lower, to: self.grip_at(back, self.gap + self.options.drop), hand });
+                steps.push(Step {
+                    stage: Stage::Lower,
+                    to: self.grip_at(back, self.gap + self.options.drop),
+                    hand,
+                    goes_on: false,
+                });
             }
         }
         steps.extend(self.letting_go());
         if error.stage() == Stage::Approach {
-            steps = vec![Step { stage: Stage::Retreat, to: self.grip_at(self.options.approach, low), hand: self.open() }];
+            steps = vec![Step {
+                stage: Stage::Retreat,
+                to: self.grip_at(self.options.approach, low),
+                hand: self.open(),
+                goes_on: false,
+            }];
         }
         self.queue = steps.into();
     }
 
     fn check(&self, stage: Stage, senses: &Senses) -> Result<(), ChangeError> {
-        let within = |joint: usize, low: f64, high: f64| {
-            match senses.hand.q.iter().map(|q| q[joint]).find(|a| !(low..=high).contains(a)) {
-                Some(angle) => Err(ChangeError::Fingers { stage, angle, low, high }),
-                None => Ok(()),
-            }
+        let within = |joint: usize, low: f64, high: f64| match senses
+            .hand
+            .q
+            .iter()
+            .map(|q| q[joint])
+            .find(|a| !(low..=high).contains(a))
+        {
+            Some(angle) => Err(ChangeError::Fingers { stage, angle, low, high }),
+            None => Ok(()),
         };
         let loaded = |load: f64, low: f64, high: f64| {
             if (low..=high).contains(&load) { Ok(()) } else { Err(ChangeError::Load { stage, load, low, high }) }
@@ -389,12 +420,13 @@ impl ToolChange {
             Stage::HalfGrasp => within(0, self.half_angle - HALF_TOLERANCE, self.half_angle + HALF_TOLERANCE),
             Stage::Lift => loaded(-felt, 0.5 * self.weight, 1.5 * self.weight),
             Stage::FullGrasp => {
-                let (low, high) = (self.flat_angle - FINGER_TOLERANCE, self.flat_angle + FINGER_TOLERANCE);
-                within(0, low, high)?;
                 match self.bevel {
-                    Some(angle) => within(1, angle - WRAP_TOLERANCE, angle + WRAP_TOLERANCE)?,
-                    // what is round the corner of a square front is only known to be stopped by something
-                    None => within(1, 0.2, self.full().wrap - 0.03)?,
+                    Some(angle) => {
+                        within(0, self.flat_angle - FINGER_TOLERANCE, self.flat_angle + FINGER_TOLERANCE)?;
+                        within(1, angle - WRAP_TOLERANCE, angle + WRAP_TOLERANCE)?;
+                    }
+                    // round the corners of a square front, fingers are only known to be stopped by something
+                    None => within(1, WRAP_TOLERANCE, self.full().wrap - 0.03)?,
                 }
                 loaded(-felt, 0.5 * self.weight, 1.5 * self.weight)
             }

@@ -135,11 +135,7 @@ impl HandModel {
                         parent_from_joint: pose([0.05, -0.028, 0.0], about_z(-MEDIAL_ANGLE)),
                         limits: [0.0, 1.5708],
                         mass: 0.0501 * MASS_SCALE,
-                        shape: BoxShape::between(
-                            [0.0036, -BACK, -HALF_WIDTH],
-                            [MEDIAL_LENGTH, PAD, HALF_WIDTH],
-                            0.0,
-                        ),
+                        shape: BoxShape::between([0.0036, -BACK, -HALF_WIDTH], [MEDIAL_LENGTH, PAD, HALF_WIDTH], 0.0),
                     },
                     Phalanx {
                         parent_from_joint: pose([MEDIAL_LENGTH, 0.0, 0.0], UnitQuaternion::identity()),

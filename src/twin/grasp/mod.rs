@@ -13,5 +13,5 @@ pub use carrier::Carrier;
 pub use change::{ChangeError, ChangeOptions, Order, Stage, ToolChange};
 pub use hand::{GraspMode, Hand, HandCommand, HandState, OPEN};
 pub use hand_model::{BoxShape, FINGER_NAMES, FingerModel, HandModel, PALM_FACE, Phalanx};
-pub use trial::{DockError, ErrorRanges, FailureClass, StagePose, TrialOutcome, TrialSetup, tool_change_trial};
+pub use trial::{DockError, ErrorRanges, FailureClass, Picked, StagePose, TrialOutcome, TrialSetup, tool_change_trial};
 pub use world::{DT, GraspError, GraspWorld, Senses};

@@ -4,6 +4,7 @@ use rand_chacha::rand_core::Rng;
 
 use super::{Carrier, ChangeOptions, DT, GraspError, GraspWorld, HandModel, Order, Stage, ToolChange};
 use crate::math::{Pose, stream};
+use crate::robot::{ArmModel, JointVector};
 use crate::tool::ToolSet;
 
 /// How the dock stands off from where the robot believes it.
@@ -81,6 +82,13 @@ impl TrialSetup {
         Self { set, hand, carrier, world_from_dock, options }
     }
 
+    /// A hand on the flange of `arm` (its tip frame, z outwards), before a dock at `world_from_dock`, sought from the joints `home`.
+    pub fn on_arm(set: ToolSet, arm: &ArmModel, home: JointVector, world_from_dock: Pose) -> Self {
+        let hand = HandModel::robotiq_3f();
+        let carrier = Carrier::new(arm, &hand, home);
+        Self { set, hand, carrier, world_from_dock, options: ChangeOptions::default() }
+    }
+
     /// Where the dock truly stands.
     pub fn true_dock(&self, error: &DockError) -> Pose {
         let [roll, pitch, yaw] = error.rpy;
@@ -103,10 +111,8 @@ impl TrialSetup {
             &self.options,
         )
         .ready();
-        let mut world =
-            GraspWorld::new(&self.carrier, &self.hand, &self.set, &start, &self.true_dock(error))?;
-        let change =
-            ToolChange::new(Order::Pick, &self.hand, &self.set, &self.world_from_dock, &start, &self.options);
+        let mut world = GraspWorld::new(&self.carrier, &self.hand, &self.set, &start, &self.true_dock(error))?;
+        let change = ToolChange::new(Order::Pick, &self.hand, &self.set, &self.world_from_dock, &start, &self.options);
         for _ in 0..SETTLE {
             world.step(&start, &super::HandCommand::open())?;
         }
@@ -184,17 +190,54 @@ pub fn tool_change_trial(seed: u64, ranges: &ErrorRanges, setup: &TrialSetup) ->
     setup.run(&ranges.draw(seed))
 }
 
+/// A world after a pick, well or badly ended.
+pub struct Picked {
+    /// The world.
+    pub world: GraspWorld,
+    /// The order that was carried out; its last pose and hand command still stand.
+    pub change: ToolChange,
+    /// The tool in the hand at the end of each stage that was passed.
+    pub stages: Vec<StagePose>,
+    /// Where the tool stood in its dock, world.
+    pub seat: Pose,
+}
+
+impl Picked {
+    /// Holds hand and arm where they are for `steps` steps.
+    ///
+    /// # Errors
+    /// A state that is no longer finite.
+    pub fn hold(&mut self, steps: u32) -> Result<(), GraspError> {
+        for _ in 0..steps {
+            let (grip, hand) = self.change.update(&self.world.senses(), DT);
+            self.world.step(&grip, &hand)?;
+        }
+        Ok(())
+    }
+}
+
 impl TrialSetup {
+    /// Picks the tool with a given error and stops there.
+    ///
+    /// # Errors
+    /// See [`tool_change_trial`].
+    pub fn pick(&self, error: &DockError) -> Result<Picked, GraspError> {
+        let (mut world, mut change) = self.world(error)?;
+        let seat = world.world_from_tool();
+        let mut stages = Vec::new();
+        drive(&mut world, &mut change, |stage, world| stages.push(self.stage_pose(stage, world)))?;
+        Ok(Picked { world, change, stages, seat })
+    }
+
     /// One trial with a given error.
     ///
     /// # Errors
     /// See [`tool_change_trial`].
     pub fn run(&self, error: &DockError) -> Result<TrialOutcome, GraspError> {
-        let (mut world, mut pick) = self.world(error)?;
-        let seat = world.world_from_tool();
+        let Picked { mut world, change: pick, stages, seat } = self.pick(error)?;
         let mut outcome = TrialOutcome {
             error: *error,
-            stages: Vec::new(),
+            stages,
             pen_tip: None,
             attempts: 1,
             failure: None,
@@ -202,7 +245,6 @@ impl TrialSetup {
             seat_gap: None,
             steps: 0,
         };
-        drive(&mut world, &mut pick, |stage, world| outcome.stages.push(self.stage_pose(stage, world)))?;
         outcome.attempts = pick.attempts();
         outcome.reports.extend(pick.failures().iter().map(ToString::to_string));
         let fallen = |world: &GraspWorld| {
@@ -210,8 +252,7 @@ impl TrialSetup {
             (seat.inverse() * tool).translation.vector.norm() > 0.02
         };
         if !pick.succeeded() {
-            outcome.failure =
-                Some(if fallen(&world) { FailureClass::Dropped } else { FailureClass::PickGivenUp });
+            outcome.failure = Some(if fallen(&world) { FailureClass::Dropped } else { FailureClass::PickGivenUp });
             outcome.steps = world.steps();
             return Ok(outcome);
         }

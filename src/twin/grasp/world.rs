@@ -81,8 +81,7 @@ impl GraspWorld {
         world_from_dock: &Pose,
     ) -> Result<Self, GraspError> {
         let q = carrier.joints_for(grip).ok_or(GraspError::Unreachable)?;
-        let mut plant =
-            RapierPlant::new(std::slice::from_ref(&carrier.plant), &[q], DT).ok_or(GraspError::Refused)?;
+        let mut plant = RapierPlant::new(std::slice::from_ref(&carrier.plant), &[q], DT).ok_or(GraspError::Refused)?;
         let last = plant.last_body(0);
         let w = plant.world_mut();
         tune(w);
@@ -159,8 +158,7 @@ impl GraspWorld {
         // what moved the hand beyond the joint torques: J^T w = M qdd + C qd + g - tau
         let after = self.plant.state(0);
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY);
-        let excess =
-            self.believed.inverse_dynamics(&k, &before.qd, &((after.qd - before.qd) / DT), &gravity) - torque;
+        let excess = self.believed.inverse_dynamics(&k, &before.qd, &((after.qd - before.qd) / DT), &gravity) - torque;
         let j = k.jacobian();
         if let Some(factor) = (j * j.transpose()).cholesky() {
             let felt = factor.solve(&(j * excess));
@@ -251,7 +249,7 @@ fn tune(w: &mut PhysicsWorld) {
     p.contact_softness = SpringCoefficients::new(500.0, 1.0);
     p.static_contact_softness = SpringCoefficients::new(500.0, 1.0);
     p.contact_recycling = false;
-    p.normalized_prediction_distance = 0.002;
+    p.normalized_prediction_distance = 0.0005;
     p.normalized_max_corrective_velocity = 0.5;
     p.normalized_allowed_linear_error = 1e-4;
     p.friction_in_bias_pass = false;
