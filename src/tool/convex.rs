@@ -55,10 +55,11 @@ impl ConvexPart {
     }
 
     /// A wedge number `index` of `count` round the vertical through (`x`, 0): the sector of a ring whose section runs from
-    /// `inner` (radius, height; lower end first) to the radius `outer`, m.
+    /// `inner` (radius, height; lower end first) to the radius `outer`, m. Its inner face touches the circle of that radius.
     pub fn wedge(x: f64, inner: [[f64; 2]; 2], outer: f64, index: usize, count: usize) -> Self {
         let angle = |i: usize| i as f64 / count as f64 * std::f64::consts::TAU;
-        let corner = |r: f64, a: f64, z: f64| Point3::new(x + r * a.cos(), r * a.sin(), z);
+        let wider = 1.0 / (std::f64::consts::PI / count as f64).cos();
+        let corner = |r: f64, a: f64, z: f64| Point3::new(x + wider * r * a.cos(), wider * r * a.sin(), z);
         let (a, b) = (angle(index), angle(index + 1));
         let ring = |r: f64, z: f64| vec![corner(r, a, z), corner(outer, a, z), corner(outer, b, z), corner(r, b, z)];
         Self::loft(&[ring(inner[0][0], inner[0][1]), ring(inner[1][0], inner[1][1])])

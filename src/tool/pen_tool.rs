@@ -4,8 +4,8 @@ use nalgebra::Point3;
 use crate::mesh::{MeshError, TriMesh};
 use crate::tool::{ConvexPart, ToolDesign, mesh_of};
 
-/// Corners of round parts. A multiple of a dock's wedges, so that faces meet faces.
-const SIDES: usize = 24;
+/// Corners of round parts. So many that they turn freely in a dock: with the dock's own number, faces lock into faces.
+const SIDES: usize = 48;
 /// Depth in front of the flats, as a share of the width, of a tool without bevels: that of a tool with them.
 const SQUARE_FRONT: f64 = 0.3;
 
@@ -39,7 +39,7 @@ impl ToolDesign {
         outline
     }
 
-    /// The solids that collide: the body, the plates (over the upper finger at +y, over the thumb at -y), stem with cone.
+    /// The solids that collide: the body, the plates (over the upper finger at +y, over the thumb at -y), the stem, the cone.
     /// The nib collides with nothing here: it is soft, and the canvas has its own contact law.
     pub fn parts(&self) -> Vec<ConvexPart> {
         let half = 0.5 * self.width;
@@ -55,8 +55,9 @@ impl ToolDesign {
             }
         }
         let (n, low) = (&self.nose, self.nose_end());
-        let profile = [[n.tip_radius, low], [n.stem_radius, low + n.cone], [n.stem_radius, -0.5 * self.height]];
-        parts.push(ConvexPart::turned(n.axis, &profile, SIDES));
+        let seat = low + n.cone;
+        parts.push(ConvexPart::turned(n.axis, &[[n.stem_radius, seat], [n.stem_radius, -0.5 * self.height]], SIDES));
+        parts.push(ConvexPart::turned(n.axis, &[[n.tip_radius, low], [n.stem_radius, seat]], SIDES));
         parts
     }
 

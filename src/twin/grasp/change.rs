@@ -107,6 +107,8 @@ pub struct ChangeOptions {
     pub below: f64,
     /// Between each flat side and its pads in the half-grasp, m: the tool must be able to sink onto the fingers.
     pub slack: f64,
+    /// The same when the lifted tool is loosened for a moment, m: less than the plates reach over the fingers.
+    pub looseness: f64,
     /// How far above its dock the tool is grasped fully, m.
     pub clearance: f64,
     /// How far above its seat the tool is let go of, m.
@@ -134,6 +136,7 @@ impl Default for ChangeOptions {
             standoff: 0.005,
             below: 0.007,
             slack: 0.0004,
+            looseness: 0.004,
             clearance: 0.006,
             drop: 0.003,
             grip: [20.0, 35.0],
@@ -141,7 +144,7 @@ impl Default for ChangeOptions {
             finger_speed: 0.11,
             speed: 0.15,
             settle: 0.1,
-            limits: [60.0, 6.0],
+            limits: [60.0, 8.0],
             attempts: 2,
         }
     }
@@ -149,8 +152,8 @@ impl Default for ChangeOptions {
 
 /// How far first joints may stand off where they are expected, rad.
 const FINGER_TOLERANCE: f64 = 0.06;
-/// How far first joints may in the half-grasp, where a tilted tool stops one finger early, rad: 7 mm at the second joint.
-const HALF_TOLERANCE: f64 = 0.12;
+/// How far first joints may in the half-grasp, where a tilted tool stops one finger early, rad: 10 mm at the second joint.
+const HALF_TOLERANCE: f64 = 0.18;
 /// How far second joints may, rad.
 const WRAP_TOLERANCE: f64 = 0.12;
 
@@ -172,6 +175,7 @@ pub struct ToolChange {
     gap: f64,
     lift: f64,
     half_angle: f64,
+    loose_angle: f64,
     flat_angle: f64,
     bevel: Option<f64>,
     queue: VecDeque<Step>,
@@ -179,6 +183,8 @@ pub struct ToolChange {
     goal: Pose,
     hand: HandCommand,
     time: f64,
+    /// Time for which arm and fingers have been where they shall be, s.
+    rest: f64,
     /// Force upwards that was felt when the order was taken, N; `None` before.
     tare: Option<f64>,
     attempt: u32,
@@ -205,6 +211,7 @@ impl ToolChange {
             gap: set.tool.plates.map_or(0.0, |p| p.gap),
             lift: set.clear_lift() + options.clearance,
             half_angle: hand.close_angle(set.tool.width + 2.0 * options.slack),
+            loose_angle: hand.close_angle(set.tool.width + 2.0 * options.looseness),
             flat_angle: hand.close_angle(set.tool.width),
             bevel: set.tool.bevel.map(|b| b.angle),
             queue: VecDeque::new(),
@@ -212,6 +219,7 @@ impl ToolChange {
             goal: *grip,
             hand: HandCommand::open(),
             time: 0.0,
+            rest: 0.0,
             tare: None,
             attempt: 1,
             failures: Vec::new(),
@@ -255,6 +263,11 @@ impl ToolChange {
         }
     }
 
+    /// Pads off the flat sides, still under the plates.
+    fn loose(&self) -> HandCommand {
+        HandCommand { close: self.loose_angle, ..self.half() }
+    }
+
     /// Flat sides pressed, bevels free.
     fn squeezed(&self) -> HandCommand {
         HandCommand { wrap: 0.0, ..self.full() }
@@ -263,17 +276,18 @@ impl ToolChange {
     fn enqueue(&mut self) {
         let o = self.options.clone();
         let step = |stage, to, hand| Step { stage, to, hand, goes_on: false };
+        let lifted = self.grip_at(o.standoff, self.gap + self.lift);
         let steps = match self.order {
             Order::Pick => vec![
                 step(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
                 step(Stage::HalfGrasp, self.grip_at(o.standoff, -o.below), self.half()),
-                step(Stage::Lift, self.grip_at(o.standoff, self.gap + self.lift), self.half()),
+                // a tilted tool sticks between the pads: loosened for a moment, it sinks onto the fingers
+                Step { goes_on: true, ..step(Stage::Lift, lifted, self.half()) },
+                Step { goes_on: true, ..step(Stage::Lift, lifted, self.loose()) },
+                step(Stage::Lift, lifted, self.half()),
                 // flat sides first: while nothing rubs on the palm, they find the middle
-                Step {
-                    goes_on: true,
-                    ..step(Stage::FullGrasp, self.grip_at(o.standoff, self.gap + self.lift), self.squeezed())
-                },
-                step(Stage::FullGrasp, self.grip_at(o.standoff, self.gap + self.lift), self.full()),
+                Step { goes_on: true, ..step(Stage::FullGrasp, lifted, self.squeezed()) },
+                step(Stage::FullGrasp, lifted, self.full()),
             ],
             Order::Return => {
                 let mut steps = vec![
@@ -328,6 +342,7 @@ impl ToolChange {
         self.tare.get_or_insert(senses.force.dot(&(self.world_from_dock.rotation * Vector3::z())));
         if self.time == 0.0 {
             self.from = self.goal;
+            self.rest = 0.0;
         }
         self.time += dt;
         self.hand = step.hand;
@@ -335,11 +350,14 @@ impl ToolChange {
         let duration = (way / self.options.speed).max(0.05);
         let s = minimum_jerk((self.time / duration).min(1.0));
         self.goal = self.from.lerp_slerp(&step.to, s);
+        if self.time >= duration && senses.hand_arrived {
+            self.rest += dt;
+        }
         let [force_limit, torque_limit] = self.options.limits;
         let (force, torque) = (senses.force.norm(), senses.torque.norm());
         if !self.recovering && (force > force_limit || torque > torque_limit) {
             self.fail(ChangeError::Collision { stage: step.stage, force, torque, force_limit, torque_limit }, senses);
-        } else if self.time >= duration + self.options.settle && senses.hand_arrived {
+        } else if self.rest >= self.options.settle {
             if step.goes_on {
                 self.queue.pop_front();
                 self.time = 0.0;
