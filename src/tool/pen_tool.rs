@@ -5,7 +5,7 @@ use crate::mesh::{MeshError, TriMesh};
 use crate::tool::{ConvexPart, ToolDesign, mesh_of};
 
 /// Corners of round parts. So many that they turn freely in a dock: with the dock's own number, faces lock into faces.
-const SIDES: usize = 48;
+const SIDES: usize = 72;
 /// Depth in front of the flats, as a share of the width, of a tool without bevels: that of a tool with them.
 const SQUARE_FRONT: f64 = 0.3;
 

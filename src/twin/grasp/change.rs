@@ -107,7 +107,7 @@ pub struct ChangeOptions {
     pub below: f64,
     /// Between each flat side and its pads in the half-grasp, m: the tool must be able to sink onto the fingers.
     pub slack: f64,
-    /// The same when the lifted tool is loosened for a moment, m: less than the plates reach over the fingers.
+    /// The same while the tool is lifted, m: less than the plates reach over the fingers.
     pub looseness: f64,
     /// How far above its dock the tool is grasped fully, m.
     pub clearance: f64,
@@ -133,10 +133,10 @@ impl Default for ChangeOptions {
     fn default() -> Self {
         Self {
             approach: 0.13,
-            standoff: 0.005,
+            standoff: 0.008,
             below: 0.007,
             slack: 0.0004,
-            looseness: 0.004,
+            looseness: 0.003,
             clearance: 0.006,
             drop: 0.003,
             grip: [20.0, 35.0],
@@ -144,7 +144,7 @@ impl Default for ChangeOptions {
             finger_speed: 0.11,
             speed: 0.15,
             settle: 0.1,
-            limits: [60.0, 8.0],
+            limits: [80.0, 8.0],
             attempts: 2,
         }
     }
@@ -281,8 +281,7 @@ impl ToolChange {
             Order::Pick => vec![
                 step(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
                 step(Stage::HalfGrasp, self.grip_at(o.standoff, -o.below), self.half()),
-                // a tilted tool sticks between the pads: loosened for a moment, it sinks onto the fingers
-                Step { goes_on: true, ..step(Stage::Lift, lifted, self.half()) },
+                // loosened, a tilted tool neither jams in the guide nor sticks between the pads: it hangs on the fingers
                 Step { goes_on: true, ..step(Stage::Lift, lifted, self.loose()) },
                 step(Stage::Lift, lifted, self.half()),
                 // flat sides first: while nothing rubs on the palm, they find the middle
