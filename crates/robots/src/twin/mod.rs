@@ -2,6 +2,7 @@
 
 mod arm;
 mod contact;
+pub mod grasp;
 mod options;
 mod plant;
 mod rapier_plant;

@@ -8,7 +8,7 @@ use rapier3d_f64::prelude::{
 
 use crate::control::MeasuredState;
 use crate::math::Pose;
-use crate::robot::{ArmModel, GRAVITY, JointKind, JointVector, Kinematics, LinkModel};
+use crate::robot::{ArmModel, GRAVITY, JointKind, JointVector, Kinematics, SpatialInertia};
 use crate::twin::{Plant, TipForce};
 
 /// All arms in one rapier world.
@@ -58,7 +58,7 @@ impl RapierPlant {
                 .can_sleep(false)
                 .linear_damping(0.0)
                 .angular_damping(0.0)
-                .additional_mass_properties(mass_properties(&arm.links[i + 1]));
+                .additional_mass_properties(mass_properties(&arm.links[i + 1].inertia));
             let body = w.bodies.insert(body);
             // rapier's joints turn about or slide along the x axis of their frames
             let turn = UnitQuaternion::rotation_between(&Vector3::x(), &j.axis)
@@ -102,6 +102,21 @@ impl RapierPlant {
         });
         self.states.push(MeasuredState { q: *q0, qd: JointVector::zeros() });
         Some(())
+    }
+
+    /// The engine's world.
+    pub(super) fn world(&self) -> &PhysicsWorld {
+        &self.world
+    }
+
+    /// The engine's world, to put more into it.
+    pub(super) fn world_mut(&mut self) -> &mut PhysicsWorld {
+        &mut self.world
+    }
+
+    /// The body of the last link of arm `arm`.
+    pub(super) fn last_body(&self, arm: usize) -> RigidBodyHandle {
+        self.arms[arm].bodies[self.arms[arm].kinds.len()]
     }
 
     fn read(&mut self, a: usize) -> bool {
@@ -176,26 +191,26 @@ impl Plant for RapierPlant {
     }
 }
 
-fn mass_properties(link: &LinkModel) -> MassProperties {
-    let eigen = SymmetricEigen::new(link.inertia.inertia);
+pub(super) fn mass_properties(body: &SpatialInertia) -> MassProperties {
+    let eigen = SymmetricEigen::new(body.inertia);
     let mut axes = eigen.eigenvectors;
     if axes.determinant() < 0.0 {
         axes.column_mut(0).neg_mut();
     }
     let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
     MassProperties::with_principal_inertia_frame(
-        to_rapier_vector(&link.inertia.com.coords),
-        link.inertia.mass,
+        to_rapier_vector(&body.com.coords),
+        body.mass,
         to_rapier_vector(&eigen.eigenvalues),
         to_rapier(&Pose::from_parts(Translation3::identity(), frame)).rotation,
     )
 }
 
-fn to_rapier_vector(v: &Vector3<f64>) -> rapier::Vector {
+pub(super) fn to_rapier_vector(v: &Vector3<f64>) -> rapier::Vector {
     rapier::Vector::new(v.x, v.y, v.z)
 }
 
-fn to_rapier(pose: &Pose) -> rapier::Pose {
+pub(super) fn to_rapier(pose: &Pose) -> rapier::Pose {
     let q: &Quaternion<f64> = pose.rotation.quaternion();
     rapier::Pose::from_parts(
         to_rapier_vector(&pose.translation.vector),

@@ -57,7 +57,6 @@ pub struct StrokeRecord {
 /// What happened at an instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum EventKind {
     /// A segment of the plan began.
     Segment {

@@ -1,0 +1,460 @@
+//! The tool change as a machine of stages: what to do next, from what the robot senses alone.
+//!
+//! Picking is the dissertation's sequence (section VII.B.2): approach, half-grasp, vertical lift, full grasp. Returning is its exact
+//! reverse. Every stage has its own check; a stage that fails sets the pen down in its dock, opens and backs off, and the
+//! whole is tried again or given up with the pen left standing.
+use std::collections::VecDeque;
+
+use nalgebra::{Translation3, Vector3};
+
+use super::{HandCommand, HandModel, OPEN, PALM_FACE, Senses};
+use crate::math::Pose;
+use crate::robot::GRAVITY;
+use crate::tool::ToolSet;
+
+/// What is wished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Take the tool out of its dock.
+    Pick,
+    /// Put the tool back.
+    Return,
+}
+
+/// Where a tool change is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Open hand, from before the dock to round the tool.
+    Approach,
+    /// Fingers nearly close on the flat sides: turns the tool's yaw.
+    HalfGrasp,
+    /// Straight up: the plates settle on the fingers and level the tool.
+    Lift,
+    /// Fingers wrap round the bevels and press the back against the palm.
+    FullGrasp,
+    /// Down, until the nose is in the guide.
+    Lower,
+    /// Fingers let go of the bevels.
+    HalfRelease,
+    /// Down, until the nose stands in its seat and the plates are off the fingers.
+    Seat,
+    /// Fingers open.
+    Release,
+    /// Back off.
+    Retreat,
+}
+
+/// Why a stage failed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ChangeError {
+    /// The wrist felt more than it may.
+    #[error("{stage:?}: {force:.1} N or {torque:.2} N m at the wrist, more than {force_limit} N or {torque_limit} N m")]
+    Collision {
+        /// The stage.
+        stage: Stage,
+        /// Force, N.
+        force: f64,
+        /// Torque, N m.
+        torque: f64,
+        /// Largest force, N.
+        force_limit: f64,
+        /// Largest torque, N m.
+        torque_limit: f64,
+    },
+    /// Fingers didn't come to where the tool would let them.
+    #[error("{stage:?}: a finger stands at {angle:.3} rad, expected {low:.3} to {high:.3}")]
+    Fingers {
+        /// The stage.
+        stage: Stage,
+        /// The joint that is farthest off, rad.
+        angle: f64,
+        /// Lower bound, rad.
+        low: f64,
+        /// Upper bound, rad.
+        high: f64,
+    },
+    /// The wrist carries too little or too much.
+    #[error("{stage:?}: the wrist carries {load:.2} N, expected {low:.2} to {high:.2}")]
+    Load {
+        /// The stage.
+        stage: Stage,
+        /// What it carries beyond the hand, N.
+        load: f64,
+        /// Lower bound, N.
+        low: f64,
+        /// Upper bound, N.
+        high: f64,
+    },
+}
+
+impl ChangeError {
+    /// The stage that failed.
+    pub fn stage(&self) -> Stage {
+        match self {
+            Self::Collision { stage, .. } | Self::Fingers { stage, .. } | Self::Load { stage, .. } => *stage,
+        }
+    }
+}
+
+/// Distances, times and limits of a tool change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChangeOptions {
+    /// How far before the tool the approach starts, m.
+    pub approach: f64,
+    /// Between palm and tool at the end of the approach, m: more than the error that must be swallowed.
+    pub standoff: f64,
+    /// How far below the plates the fingers reach round the tool, m: more than the tilt that must be swallowed.
+    pub below: f64,
+    /// Between each flat side and its pads in the half-grasp, m: the tool must be able to sink onto the fingers.
+    pub slack: f64,
+    /// The same while the tool is lifted, m: less than the plates reach over the fingers.
+    pub looseness: f64,
+    /// How far above its dock the tool is grasped fully, m.
+    pub clearance: f64,
+    /// How far above its seat the tool is let go of, m.
+    pub drop: f64,
+    /// Grip force of half and full grasp, N.
+    pub grip: [f64; 2],
+    /// How far beyond contact first and second joints are driven in the full grasp, rad.
+    pub squeeze: [f64; 2],
+    /// Speed of the fingertips, m/s.
+    pub finger_speed: f64,
+    /// Mean speed of the hand, m/s.
+    pub speed: f64,
+    /// Rest before each check, s.
+    pub settle: f64,
+    /// Largest force (N) and torque (N m) at the wrist.
+    pub limits: [f64; 2],
+    /// How often the whole is tried.
+    pub attempts: u32,
+}
+
+impl Default for ChangeOptions {
+    fn default() -> Self {
+        Self {
+            approach: 0.13,
+            standoff: 0.008,
+            below: 0.007,
+            slack: 0.0004,
+            looseness: 0.003,
+            clearance: 0.006,
+            drop: 0.003,
+            grip: [20.0, 35.0],
+            squeeze: [0.25, 0.3],
+            finger_speed: 0.11,
+            speed: 0.15,
+            settle: 0.1,
+            limits: [80.0, 8.0],
+            attempts: 2,
+        }
+    }
+}
+
+/// How far first joints may stand off where they are expected, rad.
+const FINGER_TOLERANCE: f64 = 0.06;
+/// How far first joints may in the half-grasp, where a tilted tool stops one finger early, rad: 10 mm at the second joint.
+const HALF_TOLERANCE: f64 = 0.18;
+/// How far second joints may, rad.
+const WRAP_TOLERANCE: f64 = 0.12;
+
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    stage: Stage,
+    to: Pose,
+    hand: HandCommand,
+    /// Whether the stage goes on in the next step: nothing is checked yet.
+    goes_on: bool,
+}
+
+/// A tool change that is under way.
+pub struct ToolChange {
+    order: Order,
+    options: ChangeOptions,
+    world_from_dock: Pose,
+    weight: f64,
+    gap: f64,
+    lift: f64,
+    half_angle: f64,
+    loose_angle: f64,
+    flat_angle: f64,
+    bevel: Option<f64>,
+    queue: VecDeque<Step>,
+    from: Pose,
+    goal: Pose,
+    hand: HandCommand,
+    time: f64,
+    /// Time for which arm and fingers have been where they shall be, s.
+    rest: f64,
+    /// Force upwards that was felt when the order was taken, N; `None` before.
+    tare: Option<f64>,
+    attempt: u32,
+    failures: Vec<ChangeError>,
+    recovering: bool,
+    finished: Vec<Stage>,
+}
+
+impl ToolChange {
+    /// A change of the tool of `set` at a dock believed to be at `world_from_dock` (pose of the seated tool). The hand stands at
+    /// `grip`: for a pick somewhere before the dock, for a return somewhere above it.
+    pub fn new(
+        order: Order,
+        hand: &HandModel,
+        set: &ToolSet,
+        world_from_dock: &Pose,
+        grip: &Pose,
+        options: &ChangeOptions,
+    ) -> Self {
+        let mut change = Self {
+            order,
+            world_from_dock: *world_from_dock,
+            weight: set.tool.mass * GRAVITY,
+            gap: set.tool.plates.map_or(0.0, |p| p.gap),
+            lift: set.clear_lift() + options.clearance,
+            half_angle: hand.close_angle(set.tool.width + 2.0 * options.slack),
+            loose_angle: hand.close_angle(set.tool.width + 2.0 * options.looseness),
+            flat_angle: hand.close_angle(set.tool.width),
+            bevel: set.tool.bevel.map(|b| b.angle),
+            queue: VecDeque::new(),
+            from: *grip,
+            goal: *grip,
+            hand: HandCommand::open(),
+            time: 0.0,
+            rest: 0.0,
+            tare: None,
+            attempt: 1,
+            failures: Vec::new(),
+            recovering: false,
+            finished: Vec::new(),
+            options: options.clone(),
+        };
+        if order == Order::Return {
+            change.hand = change.full();
+        }
+        change.enqueue();
+        change
+    }
+
+    /// The grip frame's pose when the palm is `back` m behind the seated tool and `up` m above where it is designed to grip.
+    pub fn grip_at(&self, back: f64, up: f64) -> Pose {
+        self.world_from_dock * Pose::from_parts(Translation3::new(-PALM_FACE - back, 0.0, up), Default::default())
+    }
+
+    /// Where the approach starts.
+    pub fn ready(&self) -> Pose {
+        self.grip_at(self.options.approach, -self.options.below)
+    }
+
+    fn open(&self) -> HandCommand {
+        HandCommand { close: OPEN, wrap: 0.0, ..self.half() }
+    }
+
+    fn half(&self) -> HandCommand {
+        let o = &self.options;
+        HandCommand { close: self.half_angle, force: o.grip[0], speed: o.finger_speed, ..HandCommand::open() }
+    }
+
+    fn full(&self) -> HandCommand {
+        let [close, wrap] = self.options.squeeze;
+        HandCommand {
+            close: self.flat_angle + close,
+            wrap: (self.bevel.unwrap_or(std::f64::consts::FRAC_PI_2) + wrap).min(1.5),
+            force: self.options.grip[1],
+            ..self.half()
+        }
+    }
+
+    /// Pads off the flat sides, still under the plates.
+    fn loose(&self) -> HandCommand {
+        HandCommand { close: self.loose_angle, ..self.half() }
+    }
+
+    /// Flat sides pressed, bevels free.
+    fn squeezed(&self) -> HandCommand {
+        HandCommand { wrap: 0.0, ..self.full() }
+    }
+
+    fn enqueue(&mut self) {
+        let o = self.options.clone();
+        let step = |stage, to, hand| Step { stage, to, hand, goes_on: false };
+        let lifted = self.grip_at(o.standoff, self.gap + self.lift);
+        let steps = match self.order {
+            Order::Pick => vec![
+                step(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
+                step(Stage::HalfGrasp, self.grip_at(o.standoff, -o.below), self.half()),
+                // loosened, a tilted tool neither jams in the guide nor sticks between the pads: it hangs on the fingers
+                Step { goes_on: true, ..step(Stage::Lift, lifted, self.loose()) },
+                step(Stage::Lift, lifted, self.half()),
+                // flat sides first: while nothing rubs on the palm, they find the middle
+                Step { goes_on: true, ..step(Stage::FullGrasp, lifted, self.squeezed()) },
+                step(Stage::FullGrasp, lifted, self.full()),
+            ],
+            Order::Return => {
+                let mut steps = vec![
+                    step(Stage::Lower, self.grip_at(0.0, self.gap + o.drop), self.full()),
+                    step(Stage::HalfRelease, self.grip_at(0.0, self.gap + o.drop), self.half()),
+                ];
+                steps.extend(self.letting_go());
+                steps
+            }
+        };
+        self.queue = steps.into();
+    }
+
+    /// The end of a return, and of every failed attempt: pen in its seat, hand open and away.
+    fn letting_go(&self) -> [Step; 3] {
+        let (back, low) = (self.options.standoff, -self.options.below);
+        [
+            Step { stage: Stage::Seat, to: self.grip_at(back, low), hand: self.half(), goes_on: false },
+            Step { stage: Stage::Release, to: self.grip_at(back, low), hand: self.open(), goes_on: false },
+            Step { stage: Stage::Retreat, to: self.ready(), hand: self.open(), goes_on: false },
+        ]
+    }
+
+    /// The stage under way; `None` when all is done or given up.
+    pub fn stage(&self) -> Option<Stage> {
+        self.queue.front().map(|s| s.stage)
+    }
+
+    /// Stages that ended well, in order; one of a failed attempt stays.
+    pub fn finished(&self) -> &[Stage] {
+        &self.finished
+    }
+
+    /// Whether all stages of the order passed their checks.
+    pub fn succeeded(&self) -> bool {
+        self.queue.is_empty() && !self.recovering
+    }
+
+    /// What failed, in order.
+    pub fn failures(&self) -> &[ChangeError] {
+        &self.failures
+    }
+
+    /// Attempts made, the current one included.
+    pub fn attempts(&self) -> u32 {
+        self.attempt
+    }
+
+    /// Goes on by `dt` s: where the grip frame shall be, and what the hand shall do.
+    pub fn update(&mut self, senses: &Senses, dt: f64) -> (Pose, HandCommand) {
+        let Some(step) = self.queue.front().copied() else { return (self.goal, self.hand) };
+        self.tare.get_or_insert(senses.force.dot(&(self.world_from_dock.rotation * Vector3::z())));
+        if self.time == 0.0 {
+            self.from = self.goal;
+            self.rest = 0.0;
+        }
+        self.time += dt;
+        self.hand = step.hand;
+        let way = (step.to.translation.vector - self.from.translation.vector).norm();
+        let duration = (way / self.options.speed).max(0.05);
+        let s = minimum_jerk((self.time / duration).min(1.0));
+        self.goal = self.from.lerp_slerp(&step.to, s);
+        if self.time >= duration && senses.hand_arrived {
+            self.rest += dt;
+        }
+        let [force_limit, torque_limit] = self.options.limits;
+        let (force, torque) = (senses.force.norm(), senses.torque.norm());
+        if !self.recovering && (force > force_limit || torque > torque_limit) {
+            self.fail(ChangeError::Collision { stage: step.stage, force, torque, force_limit, torque_limit }, senses);
+        } else if self.rest >= self.options.settle {
+            if step.goes_on {
+                self.queue.pop_front();
+                self.time = 0.0;
+                return (self.goal, self.hand);
+            }
+            match self.check(step.stage, senses) {
+                Err(e) if !self.recovering => self.fail(e, senses),
+                _ => self.advance(step.stage),
+            }
+        }
+        (self.goal, self.hand)
+    }
+
+    fn advance(&mut self, stage: Stage) {
+        self.queue.pop_front();
+        self.time = 0.0;
+        if !self.recovering {
+            self.finished.push(stage);
+        } else if self.queue.is_empty() && self.attempt < self.options.attempts && self.order == Order::Pick {
+            self.attempt += 1;
+            self.recovering = false;
+            self.enqueue();
+        }
+    }
+
+    /// Puts the pen down and backs off. A return is not tried again from the start: what is in the dock stays there.
+    fn fail(&mut self, error: ChangeError, senses: &Senses) {
+        self.failures.push(error);
+        self.recovering = true;
+        self.time = 0.0;
+        self.goal = senses.world_from_grip;
+        let low = -self.options.below;
+        let mut steps = Vec::new();
+        // above the dock: straight down first, with what the fingers hold held as it is
+        if error.stage() >= Stage::Lift {
+            let back = if self.order == Order::Pick { self.options.standoff } else { 0.0 };
+            let hand = self.hand;
+            if hand.wrap > 0.0 {
+                steps.push(Step {
+                    stage: Stage::Lower,
+                    to: self.grip_at(back, self.gap + self.options.drop),
+                    hand,
+                    goes_on: false,
+                });
+            }
+        }
+        steps.extend(self.letting_go());
+        if error.stage() == Stage::Approach {
+            steps = vec![Step {
+                stage: Stage::Retreat,
+                to: self.grip_at(self.options.approach, low),
+                hand: self.open(),
+                goes_on: false,
+            }];
+        }
+        self.queue = steps.into();
+    }
+
+    fn check(&self, stage: Stage, senses: &Senses) -> Result<(), ChangeError> {
+        let within = |joint: usize, low: f64, high: f64| match senses
+            .hand
+            .q
+            .iter()
+            .map(|q| q[joint])
+            .find(|a| !(low..=high).contains(a))
+        {
+            Some(angle) => Err(ChangeError::Fingers { stage, angle, low, high }),
+            None => Ok(()),
+        };
+        let loaded = |load: f64, low: f64, high: f64| {
+            if (low..=high).contains(&load) { Ok(()) } else { Err(ChangeError::Load { stage, load, low, high }) }
+        };
+        let up = self.world_from_dock.rotation * Vector3::z();
+        // more than when the order was taken: in a pick the tool, hanging on the hand, in a return its absence
+        let felt = senses.force.dot(&up) - self.tare.unwrap_or_default();
+        match stage {
+            Stage::Lower | Stage::Seat => Ok(()),
+            Stage::HalfGrasp => within(0, self.half_angle - HALF_TOLERANCE, self.half_angle + HALF_TOLERANCE),
+            Stage::Lift => loaded(-felt, 0.5 * self.weight, 1.5 * self.weight),
+            Stage::FullGrasp => {
+                match self.bevel {
+                    Some(angle) => {
+                        within(0, self.flat_angle - FINGER_TOLERANCE, self.flat_angle + FINGER_TOLERANCE)?;
+                        within(1, angle - WRAP_TOLERANCE, angle + WRAP_TOLERANCE)?;
+                    }
+                    // round the corners of a square front, fingers are only known to be stopped by something
+                    None => within(1, WRAP_TOLERANCE, self.full().wrap - 0.03)?,
+                }
+                loaded(-felt, 0.5 * self.weight, 1.5 * self.weight)
+            }
+            Stage::HalfRelease => within(1, -FINGER_TOLERANCE, FINGER_TOLERANCE),
+            Stage::Approach | Stage::Release => within(0, OPEN - FINGER_TOLERANCE, OPEN + FINGER_TOLERANCE),
+            Stage::Retreat => loaded(felt, 0.5 * self.weight, 1.5 * self.weight),
+        }
+    }
+}
+
+/// `10 s^3 - 15 s^4 + 6 s^5` (Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985).
+fn minimum_jerk(s: f64) -> f64 {
+    s * s * s * (10.0 + s * (6.0 * s - 15.0))
+}

@@ -1,0 +1,17 @@
+//! Grasping: a three-finger hand on an arm takes a pen tool out of its dock and puts it back, by contact and friction alone.
+
+mod carrier;
+mod change;
+mod hand;
+mod hand_model;
+mod trial;
+#[cfg(test)]
+mod urdf_tests;
+mod world;
+
+pub use carrier::Carrier;
+pub use change::{ChangeError, ChangeOptions, Order, Stage, ToolChange};
+pub use hand::{GraspMode, Hand, HandCommand, HandState, OPEN};
+pub use hand_model::{BoxShape, FINGER_NAMES, FingerModel, HandModel, PALM_FACE, Phalanx};
+pub use trial::{DockError, ErrorRanges, FailureClass, Picked, StagePose, TrialOutcome, TrialSetup, tool_change_trial};
+pub use world::{DT, GraspError, GraspWorld, Senses};

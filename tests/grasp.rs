@@ -1,0 +1,181 @@
+//! A three-finger hand takes a pen tool out of its dock and puts it back, by contact and friction alone.
+use std::path::Path;
+use std::sync::OnceLock;
+
+use calamus::math::Pose;
+use calamus::robot::{JointVector, UrdfOptions, urdf};
+use calamus::tool::ToolSet;
+use calamus::twin::grasp::{
+    DockError, ErrorRanges, FailureClass, HandCommand, Stage, TrialOutcome, TrialSetup, tool_change_trial,
+};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+fn set() -> ToolSet {
+    ToolSet::pen_tool().unwrap()
+}
+
+/// Corners of +-3 mm, +-1 mm in height, +-3 degrees of tilt, +-5 degrees of yaw.
+fn corners() -> Vec<DockError> {
+    [[1, 1, 1, 1, 1, 1], [-1, 1, -1, -1, 1, -1], [1, -1, -1, 1, -1, -1], [-1, -1, 1, -1, -1, 1], [1, 1, -1, -1, -1, 1]]
+        .iter()
+        .map(|s| {
+            let s = s.map(f64::from);
+            let (tilt, yaw) = (3.0_f64.to_radians(), 5.0_f64.to_radians());
+            DockError { xyz: [3e-3 * s[0], 3e-3 * s[1], 1e-3 * s[2]], rpy: [tilt * s[3], tilt * s[4], yaw * s[5]] }
+        })
+        .collect()
+}
+
+/// Trials at the corners, made once.
+fn trials() -> &'static [TrialOutcome] {
+    static TRIALS: OnceLock<Vec<TrialOutcome>> = OnceLock::new();
+    TRIALS.get_or_init(|| {
+        let setup = TrialSetup::gantry(set());
+        corners().par_iter().map(|error| setup.run(error).unwrap()).collect()
+    })
+}
+
+/// Standard deviations of x, y, z (m), roll, pitch, yaw (rad) of the tool in the hand after a stage.
+fn spread(stage: Stage) -> [f64; 6] {
+    let poses: Vec<[f64; 6]> = trials()
+        .iter()
+        .flat_map(|t| t.stages.iter().filter(|p| p.stage == stage))
+        .map(|p| [p.xyz[0], p.xyz[1], p.xyz[2], p.rpy[0], p.rpy[1], p.rpy[2]])
+        .collect();
+    let n = poses.len() as f64;
+    std::array::from_fn(|i| {
+        let mean = poses.iter().map(|p| p[i]).sum::<f64>() / n;
+        (poses.iter().map(|p| (p[i] - mean).powi(2)).sum::<f64>() / n).sqrt()
+    })
+}
+
+#[test]
+fn the_tool_is_picked_and_returned_from_every_corner_of_the_usual_errors() {
+    for trial in trials() {
+        assert!(trial.success(), "{trial:?}");
+        let tip = Vector3::from(trial.pen_tip.unwrap()).norm();
+        assert!(tip < 0.2e-3, "the pen tip is {:.3} mm off", tip * 1e3);
+    }
+}
+
+#[test]
+fn yaw_falls_in_the_half_grasp_tilt_in_the_lift_and_all_in_the_full_grasp() {
+    let [before, half, lift, full] = [Stage::Approach, Stage::HalfGrasp, Stage::Lift, Stage::FullGrasp].map(spread);
+    assert!(half[5] < 0.9 * before[5], "yaw {} rad, then {}", before[5], half[5]);
+    for tilt in [3, 4] {
+        assert!(before[tilt] > 0.02 && lift[tilt] < 2e-3, "tilt {} rad, then {}", before[tilt], lift[tilt]);
+    }
+    assert!(lift[2] < 0.1e-3, "height {} m", lift[2]);
+    for (i, sd) in full.iter().enumerate() {
+        let most = if i < 3 { 0.05e-3 } else { 1e-3 };
+        assert!(*sd < most, "coordinate {i} of the tool in the hand has a deviation of {sd}");
+    }
+}
+
+#[test]
+fn a_trial_repeats_to_the_last_bit() {
+    let setup = TrialSetup::gantry(set());
+    let once = || tool_change_trial(7, &ErrorRanges::usual(), &setup).unwrap();
+    let (a, b) = rayon::join(once, once);
+    assert_eq!(a, b);
+}
+
+#[test]
+fn a_held_tool_stays_under_load_and_slips_out_of_frictionless_fingers() {
+    let mut picked = TrialSetup::gantry(set()).pick(&corners()[0]).unwrap();
+    assert!(picked.change.succeeded());
+    // the nib is pressed along the pen and dragged across
+    picked.world.pull(Vector3::new(3.0, 4.0, 5.0));
+    picked.hold(300).unwrap();
+    let before = picked.world.pen_tip();
+    picked.hold(2000).unwrap();
+    let slip = (picked.world.pen_tip() - before).norm();
+    assert!(slip <= 0.02e-3, "slipped by {:.4} mm", slip * 1e3);
+
+    // shape alone doesn't hold it: nothing stands over the plates
+    picked.world.pull(Vector3::new(0.0, 0.0, 8.0));
+    picked.hold(300).unwrap();
+    assert!((picked.world.pen_tip() - before).norm() < 0.2e-3);
+    picked.world.set_grip_friction(0.0);
+    picked.hold(300).unwrap();
+    let slip = (picked.world.pen_tip() - before).norm();
+    assert!(slip > 20e-3, "without friction it moved by {:.1} mm only", slip * 1e3);
+}
+
+#[test]
+fn a_tool_falls_when_the_fingers_open_in_mid_air() {
+    let mut picked = TrialSetup::gantry(set()).pick(&DockError::default()).unwrap();
+    assert!(picked.change.succeeded());
+    picked.world.remove_dock();
+    picked.hold(200).unwrap();
+    let (grip, start) = (picked.world.world_from_grip(), picked.world.world_from_tool());
+    for _ in 0..1500 {
+        picked.world.step(&grip, &HandCommand::open()).unwrap();
+    }
+    let fall = start.translation.z - picked.world.world_from_tool().translation.z;
+    assert!(fall > 0.05, "fell by {:.1} mm only", fall * 1e3);
+}
+
+/// Successful picks among the first corners with another tool, given one attempt each.
+fn picks_of(set: ToolSet) -> (usize, usize) {
+    let mut setup = TrialSetup::gantry(set);
+    setup.options.attempts = 1;
+    let outcomes: Vec<_> = corners()[..2].par_iter().map(|error| setup.run(error).unwrap()).collect();
+    (outcomes.iter().filter(|o| o.success()).count(), outcomes.len())
+}
+
+#[test]
+fn without_plates_the_tool_is_not_picked() {
+    let (good, of) = picks_of(set().without_plates());
+    assert!(good < of, "{good} of {of}");
+}
+
+#[test]
+fn without_bevels_the_tool_is_not_held_where_it_should_be() {
+    let (good, of) = picks_of(set().without_bevels());
+    assert!(good < of, "{good} of {of}");
+}
+
+#[test]
+fn an_empty_dock_is_noticed_and_given_up() {
+    let mut setup = TrialSetup::gantry(set());
+    setup.options.attempts = 1;
+    let (mut world, mut change) = setup.world(&DockError::default()).unwrap();
+    world.place_tool(&Pose::translation(2.0, 0.0, 1000.0));
+    while change.stage().is_some() {
+        let (grip, hand) = change.update(&world.senses(), calamus::twin::grasp::DT);
+        world.step(&grip, &hand).unwrap();
+    }
+    assert!(!change.succeeded());
+    assert_eq!(change.failures()[0].stage(), Stage::Lift, "{:?}", change.failures());
+}
+
+#[test]
+fn a_dock_far_from_where_it_is_believed_ends_with_the_pen_in_it() {
+    let mut setup = TrialSetup::gantry(set());
+    setup.options.attempts = 1;
+    // the body stands in the way of a finger
+    let error = DockError { xyz: [0.0, 0.03, 0.0], ..DockError::default() };
+    let outcome = setup.run(&error).unwrap();
+    assert_eq!(outcome.failure, Some(FailureClass::PickGivenUp), "{outcome:?}");
+}
+
+#[test]
+fn a_ur5e_picks_the_tool_under_its_torque_law() {
+    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/robots/ur5e.urdf"));
+    let options =
+        UrdfOptions { base_link: Some("base_link".into()), tip_link: Some("tool0".into()), ..UrdfOptions::default() };
+    let mut arm = urdf::load(file, &options).unwrap();
+    arm.world_from_base = Pose::translation(0.0, 0.0, 0.3);
+    let mut home = JointVector::zeros();
+    for (q, deg) in home.iter_mut().zip([180.0_f64, -76.0, -140.0, -144.0, -89.0, 0.0]) {
+        *q = deg.to_radians();
+    }
+    let setup = TrialSetup::on_arm(set(), &arm, home, Pose::translation(0.55, -0.13, 0.55));
+    let picked = setup.pick(&corners()[1]).unwrap();
+    assert!(picked.change.succeeded(), "{:?}", picked.change.failures());
+    let held = setup.grip_from_held() * setup.set.tool.pen_tip();
+    let off: Vector3<f64> = picked.world.pen_tip() - Point3::from(held);
+    assert!(off.norm() < 0.2e-3, "the pen tip is {:.3} mm off", off.norm() * 1e3);
+}
