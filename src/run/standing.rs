@@ -82,7 +82,7 @@ mod tests {
             }
             // both look at one canvas ahead
             assert!((tips[i] * Vector3::z() - Vector3::x()).norm() < 0.01, "{}", tips[i]);
-            assert!((tips[i].translation.x - 0.55).abs() < 0.005, "{}", tips[i]);
+            assert!((tips[i].translation.x - 0.6).abs() < 0.005, "{}", tips[i]);
             let parked = arm.model.kinematics(&arm.service).world_from_tip().translation.vector;
             assert!(parked.y.abs() > 0.7, "{parked}");
         }
