@@ -235,3 +235,39 @@ fn a_drawing_file_draws_to_an_svg() {
     assert!(told.contains("1 stroke"), "{told}");
     assert!(desk.folder.path().join("here/wished.svg").exists());
 }
+
+#[test]
+fn reach_is_the_same_again_and_on_one_thread_and_gives_a_scenario() {
+    let desk = Desk::new(&[(
+        "a.svg",
+        "<svg xmlns='http://www.w3.org/2000/svg' width='60mm' height='40mm'><path d='M5 5L55 35' stroke='#000' fill='none'/></svg>",
+    )]);
+    let reach = |out: &str, threads: &str| {
+        let args =
+            ["reach", "ur5e_fixed", "--spacing-mm", "100", "--drawing", "a.svg", "-o", out, "--threads", threads];
+        assert!(desk.does(&args).contains("canvas "));
+        let files = ["reach-ur5e.npy", "reach.json", "reach.svg", "canvas.toml", "scenario.toml"];
+        files.map(|f| fs::read(desk.folder.path().join(out).join(f)).unwrap_or_else(|e| panic!("{f}: {e}")))
+    };
+    let first = reach("one", "1");
+    assert_eq!(first, reach("one", "2"), "from the cache");
+    assert_eq!(first, reach("two", "2"), "made anew");
+    let json: serde_json::Value = serde_json::from_slice(&first[1]).unwrap();
+    let (width, height) = (json["canvas"]["width_mm"].as_f64().unwrap(), json["canvas"]["height_mm"].as_f64().unwrap());
+    assert!(height >= 200.0 && (width / height - 1.5).abs() < 1e-6, "{width} x {height}");
+    desk.does(&["check", "one/scenario.toml"]);
+}
+
+#[test]
+fn a_canvas_that_no_arm_reaches_is_refused() {
+    let dual = ["reach", "dual_ur5e", "--spacing-mm", "200"];
+    let desk = Desk::new(&[]);
+    desk.refuses(
+        &[&dual[..], &["--depth-mm", "2000:3000"]].concat(),
+        &["left and right", "left reaches", "right reaches"],
+    );
+    desk.refuses(&[&dual[..], &["--arm", "middle"]].concat(), &["middle", "left, right"]);
+    desk.refuses(&[&dual[..], &["--axis", "0,0,0"]].concat(), &["no direction"]);
+    desk.refuses(&["reach", "dual_ur5e", "--depth-mm", "800:400"], &["800", "400"]);
+    desk.refuses(&["reach", "dual_ur5e", "--spacing-mm", "0"], &["0 mm"]);
+}

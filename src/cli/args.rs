@@ -87,6 +87,8 @@ pub(super) enum Command {
         #[arg(short, long, value_name = "DIR")]
         out: PathBuf,
     },
+    /// Find where a robot can draw and the largest canvas there: maps, a picture, the canvas as a scene.
+    Reach(ReachJob),
     /// List what there is to use.
     List {
         /// What to list.
@@ -105,6 +107,40 @@ pub(super) struct Job {
     /// Change a value of the scenario, as control.speed_mm_s=30. May be given many times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<Override>,
+}
+
+/// A robot, and what is asked about its reach.
+#[derive(Debug, clap::Args)]
+pub(super) struct ReachJob {
+    /// A robot: a file, or the name of one in robots/.
+    pub robot: PathBuf,
+    /// Folder for the files; out/reach/NAME of the robot when absent.
+    #[arg(short, long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// An arm that shall draw, by name; many times for a canvas that they share. All arms when absent.
+    #[arg(long = "arm", value_name = "NAME")]
+    pub arms: Vec<String>,
+    /// Where the pen points, in the world; the axis nearest to the first arm's pen at home when absent.
+    #[arg(long, value_name = "X,Y,Z", value_parser = super::reach::axis, allow_hyphen_values = true)]
+    pub axis: Option<[f64; 3]>,
+    /// Distance between the points of the map.
+    #[arg(long, value_name = "MM", default_value_t = 50.0, allow_hyphen_values = true)]
+    pub spacing_mm: f64,
+    /// Wished depths of the canvas, from the first arm's base along the pen; any when absent.
+    #[arg(long, value_name = "NEAR:FAR", value_parser = super::reach::range, allow_hyphen_values = true)]
+    pub depth_mm: Option<[f64; 2]>,
+    /// Shape of the canvas; a square when absent.
+    #[arg(long, value_name = "WIDTH:HEIGHT", value_parser = super::reach::ratio, conflicts_with = "drawing")]
+    pub aspect: Option<f64>,
+    /// A drawing file that gives the canvas its shape and is put on it; a scenario that draws it is written too.
+    #[arg(long, value_name = "FILE")]
+    pub drawing: Option<PathBuf>,
+    /// Change how the drawing is read, as drawing.fill=hatch.
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "drawing")]
+    pub sets: Vec<Override>,
+    /// Folder in which maps are kept; cache in the folder for the files when absent.
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -15,6 +15,7 @@ use super::args::{Args, Command, Job, Listed};
 use super::experiments;
 use super::print::{self, Printer};
 use super::progress::listener;
+use super::reach;
 
 /// Why a command can't be done.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +59,7 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
             }
         }
         Command::Merge { folders, out } => experiments::merge(args, folders, out),
+        Command::Reach(job) => reach::reach(args, job),
         Command::List { kind } => list(*kind),
     }
 }

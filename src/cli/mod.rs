@@ -5,6 +5,7 @@ mod commands;
 mod experiments;
 mod print;
 mod progress;
+mod reach;
 
 use std::process::ExitCode;
 

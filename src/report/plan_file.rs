@@ -3,6 +3,8 @@ use serde::Serialize;
 
 use crate::plan::{ArmPlan, Plan, SegmentKind};
 
+use super::npy::npy_header;
+
 #[derive(Serialize)]
 struct PlanJson<'a> {
     schema: u32,
@@ -81,14 +83,7 @@ fn arm_json<'a>(arm: &ArmPlan, joints: &'a [String]) -> ArmJson<'a> {
 /// knot stands twice.
 pub fn plan_npy(arm: &ArmPlan, joints: usize) -> (String, Vec<u8>) {
     let rows: usize = arm.segments.iter().map(|s| s.trajectory.knots().len()).sum();
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {}), }}", 1 + joints);
-    // magic, version and length take 10 bytes; the whole is padded to a multiple of 64 and ends with a newline
-    let padding = 63 - (10 + header.len()) % 64;
-    header.push_str(&" ".repeat(padding));
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
-    bytes.extend_from_slice(header.as_bytes());
+    let mut bytes = npy_header("<f8", &[rows, 1 + joints]);
     for segment in &arm.segments {
         for knot in segment.trajectory.knots() {
             bytes.extend_from_slice(&(segment.start + knot.time).to_le_bytes());

@@ -117,6 +117,23 @@ impl Plot {
         let _ = writeln!(self.body, r#"<path fill="none" stroke="{color}" stroke-width="2" d="{path}"/>{dots}"#);
     }
 
+    /// Lines through points that are `scale` times as large in data coordinates, `width` px wide.
+    pub fn polyline<'a>(&mut self, color: &str, width: f64, lines: impl Iterator<Item = &'a [(f64, f64)]>, scale: f64) {
+        let mut path = String::new();
+        for line in lines {
+            for (i, (x, y)) in line.iter().filter(|(x, y)| x.is_finite() && y.is_finite()).enumerate() {
+                let _ = write!(
+                    path,
+                    "{}{:.1} {:.1}",
+                    if i == 0 { "M" } else { "L" },
+                    self.px(x * scale),
+                    self.py(y * scale)
+                );
+            }
+        }
+        let _ = writeln!(self.body, r#"<path fill="none" stroke="{color}" stroke-width="{width}" d="{path}"/>"#);
+    }
+
     /// An upright mark from `low` to `high` with short ends.
     pub fn error_bar(&mut self, color: &str, x: f64, low: f64, high: f64) {
         if x.is_finite() && low.is_finite() && high.is_finite() {

@@ -7,17 +7,21 @@ use crate::drawing::{Drawing, InkLayer};
 use crate::ink::PenModel;
 use crate::math::{Pose, Rgb};
 use crate::measure::TruthMetrics;
-use crate::mesh::{TriMesh, shapes};
-use crate::robot::{Cell, VisualShape};
+use crate::mesh::TriMesh;
+use crate::robot::{Arm, Cell};
 use crate::run::RunError;
 use crate::run::scan::Scan;
+use crate::run::standing;
 use crate::scenario::{PenSpec, Scenario};
 use crate::surface::{BelievedCanvas, Canvas, Scene, TrueCanvas, perturb, unshaped};
 use crate::twin::LayerPen;
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
 pub(super) struct Cast {
+    /// The robot, of its arms the drawing one alone.
     pub cell: Cell,
+    /// Its other arms: they stand still in their service poses.
+    pub standing: Vec<Arm>,
     pub scene: Scene,
     pub truth: TrueCanvas,
     /// The nominal canvas in the true one's place, where that has another shape.
@@ -46,10 +50,10 @@ impl Cast {
 
     /// The same with the nominal canvas in belief's place: for whoever needs the true side alone.
     pub(super) fn nominal(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
-        let cell = Cell::load(&scenario.robot)?;
-        if cell.arms.len() != 1 {
-            return Err(RunError::ArmCount { robot: cell.name, arms: cell.arms.len() });
-        }
+        let mut cell = Cell::load(&scenario.robot)?;
+        let drawing_arm = standing::arm_index(&cell, scenario.arm.as_deref())?;
+        let drawing_arm = cell.arms.remove(drawing_arm);
+        let standing = std::mem::replace(&mut cell.arms, vec![drawing_arm]);
         let mut scene = Scene::read(&scenario.canvas.scene)?;
         // the drawing lies on the sheet as it is; the sheet is moved and turned
         let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
@@ -59,22 +63,13 @@ impl Cast {
         let unshaped = unshaped(&scene.canvas, &scenario.truth.options(), scenario.seed)?;
         let truth_metrics = (!scenario.truth.is_nominal()).then(|| TruthMetrics::of(&report));
         let belief = BelievedCanvas(scene.canvas.clone());
-        Ok(Self { cell, scene, truth, unshaped, truth_metrics, belief, scan: None, drawing, pens })
+        Ok(Self { cell, standing, scene, truth, unshaped, truth_metrics, belief, scan: None, drawing, pens })
     }
 
-    /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's.
+    /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's and its other arms.
     pub(super) fn obstacles(&self) -> Result<Vec<TriMesh>, RunError> {
         let mut obstacles: Vec<TriMesh> = self.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
-        for (index, thing) in self.cell.furniture.iter().enumerate() {
-            // a robot file knows no other furniture than boxes
-            let VisualShape::Cuboid { size } = &thing.shape else { continue };
-            let mesh = shapes::cuboid(size, size.max()).map_err(|source| RunError::Furniture {
-                robot: self.cell.name.clone(),
-                index,
-                source,
-            })?;
-            obstacles.push(mesh.transformed(&thing.link_from_visual));
-        }
+        obstacles.extend(standing::solids(&self.cell, &self.standing)?);
         Ok(obstacles)
     }
 }

@@ -13,6 +13,7 @@ use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
+use crate::run::reach::ReachError;
 use crate::scan::ScanError;
 use crate::scenario::ScenarioError;
 use crate::surface::{FlattenError, MapError, SceneError, TruthError};
@@ -40,14 +41,35 @@ pub enum RunError {
     /// The robot can't be used.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A robot of several arms: the drawing can't be shared out among them.
-    #[error("{robot} has {arms} arms: a drawing is planned for one arm")]
-    ArmCount {
+    /// A robot of several arms, and nobody said which draws.
+    #[error("{robot} has the arms {arms}: say which of them draws, as `arm = \"NAME\"`")]
+    WhichArm {
         /// Name of the robot.
         robot: String,
-        /// Arms it has.
-        arms: usize,
+        /// Names of its arms.
+        arms: String,
     },
+    /// The robot has no arm of that name.
+    #[error("{robot} has no arm `{name}`, but {arms}")]
+    NoSuchArm {
+        /// Name of the robot.
+        robot: String,
+        /// The name asked for.
+        name: String,
+        /// Names of its arms.
+        arms: String,
+    },
+    /// An arm that stands still makes no solid.
+    #[error("arm {arm}: {source}")]
+    StandingArm {
+        /// Its name.
+        arm: String,
+        /// Why not.
+        source: MeshError,
+    },
+    /// There is no reachability to tell of.
+    #[error(transparent)]
+    Reach(#[from] ReachError),
     /// A thing beside the robot makes no solid.
     #[error("furniture {index} of {robot}: {source}")]
     Furniture {

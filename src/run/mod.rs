@@ -11,7 +11,9 @@ mod picture_art;
 mod pictures;
 mod preview;
 mod progress;
+mod reach;
 mod scan;
+mod standing;
 mod touching;
 
 use std::path::PathBuf;
@@ -33,6 +35,7 @@ use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
 pub use error::RunError;
 pub use evaluate::{Cache, evaluate};
 pub use progress::{Progress, Silent};
+pub use reach::{ReachError, ReachRequest, Reached, reach};
 
 use artwork::Made;
 use cast::Cast;

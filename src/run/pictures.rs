@@ -97,6 +97,10 @@ fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
         let middle = 1 + arm.model.dof() / 2;
         landmarks.extend(k.world_from_links()[1..=middle].iter().map(|p| Point3::from(p.translation.vector)));
     }
+    for arm in &cast.standing {
+        let k = arm.model.kinematics(&arm.service);
+        scenery.items.extend(ArmVisuals::new(&arm.model).items(k.world_from_links()));
+    }
     scenery.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
     scenery.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(scene.color)));
     let (low, high) = scenery.bounds().unwrap_or((Point3::origin(), Point3::origin()));

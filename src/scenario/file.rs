@@ -33,6 +33,10 @@ pub struct ScenarioFile {
     /// A robot by name (`robots/NAME.toml` of an asset folder) or by path.
     #[serde(default = "ScenarioFile::default_robot")]
     pub robot: String,
+    /// Which arm draws, by its name in the robot's file, of a robot of several. The others stand still in their
+    /// service poses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arm: Option<String>,
     /// What is drawn.
     #[serde(default)]
     pub drawing: DrawingFile,

@@ -80,6 +80,8 @@ pub struct Scenario {
     pub seed: u64,
     /// The robot's file; absolute.
     pub robot: PathBuf,
+    /// Which arm draws, of a robot of several.
+    pub arm: Option<String>,
     /// What is drawn, and how large.
     pub drawing: DrawingSpec,
     /// What is drawn on.
@@ -234,6 +236,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         description: typed.description,
         seed: typed.seed,
         robot: asset("robot", AssetKind::Robot, &typed.robot)?,
+        arm: typed.arm,
         drawing,
         canvas: CanvasSpec {
             scene: asset("canvas.scene", AssetKind::Scene, &scene)?,
@@ -399,6 +402,7 @@ impl From<Scenario> for ScenarioFile {
             description: s.description,
             seed: s.seed,
             robot: text(s.robot),
+            arm: s.arm,
             drawing: s.drawing.into(),
             canvas: CanvasFile {
                 scene: Some(text(s.canvas.scene)),

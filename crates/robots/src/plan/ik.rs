@@ -129,6 +129,11 @@ impl<'a> IkSolver<'a> {
         self.iterate(target, seed, None, 0, 60)
     }
 
+    /// The same in at most `most` Newton steps: enough from nearby, and sooner given up.
+    pub fn reach_within(&self, target: &PenTarget, seed: &JointVector, most: usize) -> Result<IkSolution, IkFailure> {
+        self.iterate(target, seed, None, 0, most)
+    }
+
     /// The solution of `target` that is nearest to the posture's reference among those that can be slid to from `seed`.
     pub fn settle(&self, target: &PenTarget, seed: &JointVector, posture: &Posture) -> Result<IkSolution, IkFailure> {
         self.iterate(target, seed, Some(posture), 40, 80)

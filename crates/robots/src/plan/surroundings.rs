@@ -1,6 +1,7 @@
 //! What the arm must not touch: the believed canvas, the furniture and itself.
 use nalgebra::Point3;
 
+use crate::math::Pose;
 use crate::mesh::TriMesh;
 use crate::plan::PlanOptions;
 use crate::robot::{ArmModel, Capsule, JointKind, JointVector, Kinematics, LinkPairs, MAX_DOF};
@@ -134,6 +135,11 @@ impl<'a> Surroundings<'a> {
 
     /// Room of the arm at `k`; no allocation. The base, link 0, may stand on whatever it stands on.
     pub fn room(&self, k: &Kinematics, pen_use: PenUse) -> Room {
+        self.room_with_canvas(k, pen_use, None)
+    }
+
+    /// The same with the canvas elsewhere: `canvas_from_world` leads into the frame of its mesh.
+    pub fn room_with_canvas(&self, k: &Kinematics, pen_use: PenUse, canvas_from_world: Option<&Pose>) -> Room {
         let itself = self.pairs.clearance(self.arm, k);
         let mut room = Room { excess: Room::HORIZON, contact: None };
         if let Some((first, second)) = itself.links
@@ -149,7 +155,8 @@ impl<'a> Surroundings<'a> {
                 let looked_at = if is_pen { self.trim(capsule, pen_use) } else { Some(*capsule) };
                 let Some(c) = looked_at.map(|c| c.transformed(k.world_from_link(link))) else { continue };
                 let margin = c.radius + self.canvas_margin;
-                nearer(self.canvas, &c.a, &c.b, margin, Contact::Canvas { link }, &mut room);
+                let seen = canvas_from_world.map_or(c, |pose| c.transformed(pose));
+                nearer(self.canvas, &seen.a, &seen.b, margin, Contact::Canvas { link }, &mut room);
                 for (obstacle, mesh) in self.obstacles.iter().enumerate() {
                     nearer(mesh, &c.a, &c.b, margin, Contact::Obstacle { link, obstacle }, &mut room);
                 }
@@ -157,7 +164,8 @@ impl<'a> Surroundings<'a> {
         }
         if pen_use == PenUse::Travelling {
             let c = self.nib.transformed(k.world_from_link(last));
-            nearer(self.canvas, &c.a, &c.b, NIB_MARGIN, Contact::Canvas { link: last }, &mut room);
+            let seen = canvas_from_world.map_or(c, |pose| c.transformed(pose));
+            nearer(self.canvas, &seen.a, &seen.b, NIB_MARGIN, Contact::Canvas { link: last }, &mut room);
             for (obstacle, mesh) in self.obstacles.iter().enumerate() {
                 nearer(mesh, &c.a, &c.b, NIB_MARGIN, Contact::Obstacle { link: last, obstacle }, &mut room);
             }

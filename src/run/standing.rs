@@ -1,0 +1,121 @@
+//! Arms of a robot that stand still while one of them draws, and what the drawing arm keeps clear of.
+use nalgebra::{Translation3, Vector3};
+
+use crate::math::{Pose, frame_from_axes};
+use crate::mesh::{MeshError, TriMesh, shapes};
+use crate::robot::{Arm, Cell, VisualShape};
+use crate::run::RunError;
+
+/// Edge of the triangles of a standing arm's capsules, m.
+const TRIANGLE: f64 = 0.05;
+
+/// Index of the arm called `name`; without a name that of a robot's only arm.
+pub(super) fn arm_index(cell: &Cell, name: Option<&str>) -> Result<usize, RunError> {
+    let names = || cell.arms.iter().map(|a| a.model.name.as_str()).collect::<Vec<_>>().join(", ");
+    match name {
+        None if cell.arms.len() == 1 => Ok(0),
+        None => Err(RunError::WhichArm { robot: cell.name.clone(), arms: names() }),
+        Some(name) => cell.arms.iter().position(|a| a.model.name == name).ok_or_else(|| RunError::NoSuchArm {
+            robot: cell.name.clone(),
+            name: name.to_string(),
+            arms: names(),
+        }),
+    }
+}
+
+/// The robot's furniture, and the arms of `standing`, each in its service pose, as solids (m, world).
+pub(super) fn solids<'a>(cell: &Cell, standing: impl IntoIterator<Item = &'a Arm>) -> Result<Vec<TriMesh>, RunError> {
+    let mut solids = Vec::new();
+    for (index, thing) in cell.furniture.iter().enumerate() {
+        // a robot file knows no other furniture than boxes
+        let VisualShape::Cuboid { size } = &thing.shape else { continue };
+        let mesh = shapes::cuboid(size, size.max()).map_err(|source| RunError::Furniture {
+            robot: cell.name.clone(),
+            index,
+            source,
+        })?;
+        solids.push(mesh.transformed(&thing.link_from_visual));
+    }
+    for arm in standing {
+        let unfit = |source| RunError::StandingArm { arm: arm.model.name.clone(), source };
+        solids.extend(parked(arm).map_err(unfit)?);
+    }
+    Ok(solids)
+}
+
+/// The capsules of `arm` in its service pose, world.
+fn parked(arm: &Arm) -> Result<Vec<TriMesh>, MeshError> {
+    let k = arm.model.kinematics(&arm.service);
+    let mut solids = Vec::new();
+    for (link, world_from_link) in arm.model.links.iter().zip(k.world_from_links()) {
+        for capsule in &link.capsules {
+            let c = capsule.transformed(world_from_link);
+            let along = c.b - c.a;
+            let axis = along.try_normalize(1e-9).unwrap_or_else(Vector3::z);
+            let middle = Translation3::from(c.a.coords + 0.5 * along);
+            let pose = Pose::from_parts(middle, frame_from_axes(&axis, &Vector3::x()));
+            solids.push(shapes::capsule(c.radius, along.norm(), TRIANGLE.min(c.radius))?.transformed(&pose));
+        }
+    }
+    Ok(solids)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{PenUse, PlanOptions, Surroundings};
+    use std::path::Path;
+
+    #[test]
+    fn two_arms_are_clear_of_each_other_of_themselves_and_of_their_stand() {
+        let cell = Cell::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/dual_ur5e.toml")).unwrap();
+        assert_eq!(cell.arms.len(), 2);
+        let far = shapes::rectangle(0.1, 0.1, 0.0, 0.1).unwrap().transformed(&Pose::translation(0.0, 0.0, -5.0));
+        let tips: Vec<_> = cell.arms.iter().map(|a| *a.model.kinematics(&a.home).world_from_tip()).collect();
+        for i in 0..2 {
+            let (arm, other) = (&cell.arms[i], &cell.arms[1 - i]);
+            let solids = solids(&cell, [other]).unwrap();
+            let around = Surroundings::new(&arm.model, &far, &solids, &PlanOptions::default());
+            for (pose, q) in [("home", &arm.home), ("service", &arm.service)] {
+                let room = around.room(&arm.model.kinematics(q), PenUse::Travelling);
+                assert!(room.is_clear(), "{} {pose}: {room:?}", arm.model.name);
+            }
+            // both look at one canvas ahead
+            assert!((tips[i] * Vector3::z() - Vector3::x()).norm() < 0.01, "{}", tips[i]);
+            assert!((tips[i].translation.x - 0.6).abs() < 0.005, "{}", tips[i]);
+            let parked = arm.model.kinematics(&arm.service).world_from_tip().translation.vector;
+            assert!(parked.y.abs() > 0.7, "{parked}");
+        }
+        assert!((tips[0].translation.y + tips[1].translation.y).abs() < 1e-3, "they are mirror images");
+        // at home the two don't meet either
+        for (a, b) in cell.arms[0]
+            .model
+            .links
+            .iter()
+            .zip(cell.arms[0].model.kinematics(&cell.arms[0].home).world_from_links())
+            .flat_map(|(l, p)| l.capsules.iter().map(|c| c.transformed(p)))
+            .flat_map(|a| {
+                let right = &cell.arms[1];
+                let k = right.model.kinematics(&right.home);
+                let all: Vec<_> = right
+                    .model
+                    .links
+                    .iter()
+                    .zip(k.world_from_links())
+                    .flat_map(|(l, p)| l.capsules.iter().map(|c| c.transformed(p)))
+                    .collect();
+                all.into_iter().map(move |b| (a, b))
+            })
+        {
+            assert!(a.distance(&b) > 0.1);
+        }
+    }
+
+    #[test]
+    fn an_arm_of_several_must_be_named() {
+        let cell = Cell::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/dual_ur5e.toml")).unwrap();
+        assert_eq!(arm_index(&cell, Some("right")).unwrap(), 1);
+        let say = |name| arm_index(&cell, name).unwrap_err().to_string();
+        assert!(say(None).contains("left, right") && say(Some("middle")).contains("middle"));
+    }
+}
