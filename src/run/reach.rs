@@ -217,10 +217,8 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
             ReachError::NoDepth { near_mm: near * 1e3, far_mm: far * 1e3, spacing_mm: grid.spacing * 1e3 }.into()
         );
     }
-    let (best, center) = choose(&depths, near, far, &arms, &maps)?;
-    let canvas = Placed { grid: &grid, slice: best, center };
-    progress.stage("trying", None);
-    let tried = canvas.tried(&probes)?;
+    progress.stage("trying canvases", None);
+    let (canvas, tried) = choose(&grid, &depths, &arms, &maps, &probes, [near, far])?;
     let json = ReachJson {
         schema: 1,
         robot: cell.name.clone(),
@@ -298,25 +296,40 @@ fn npy_of(map: &ReachMap) -> Vec<u8> {
     npy_bytes(&map.grid.size, &bytes)
 }
 
-/// The slice with the largest rectangle, of equal ones the nearest, and its centre.
-fn choose(
+/// How many points were tried on a canvas and at how many each arm can draw.
+type Tried = Vec<(usize, usize)>;
+
+/// The largest rectangle of all depths on the whole of which every arm can draw, of equal ones the nearest; where there is none,
+/// the one on most of whose area they can.
+///
+/// The maps know but of a piece of canvas at each point. A whole one may be in the arm's own way, most of all
+/// where it reaches over or beside its base.
+fn choose<'a>(
+    grid: &'a ReachGrid,
     depths: &[Slice],
-    near: f64,
-    far: f64,
     arms: &[&Arm],
     maps: &[ReachMap],
-) -> Result<(Slice, [f64; 2]), ReachError> {
-    let mut best: Option<(Slice, [f64; 2])> = None;
-    for slice in depths {
-        if let Some(center) = slice.center
-            && best.as_ref().is_none_or(|(b, _)| slice.size[1] > b.size[1] + 1e-9)
-        {
-            best = Some((*slice, center));
+    probes: &[ReachProbe],
+    [near, far]: [f64; 2],
+) -> Result<(Placed<'a>, Tried), ReachError> {
+    let placed = |s: &Slice| s.center.map(|center| Placed { grid, slice: *s, center });
+    let mut canvases: Vec<Placed> = depths.iter().filter_map(placed).collect();
+    canvases.sort_by(|a, b| b.slice.size[1].total_cmp(&a.slice.size[1]).then(a.slice.depth.total_cmp(&b.slice.depth)));
+    let mut best: Option<(f64, Placed, Tried)> = None;
+    for canvas in canvases {
+        let tried = canvas.tried(probes)?;
+        let share = tried.iter().map(|(tried, free)| *free as f64 / *tried as f64).fold(1.0, f64::min);
+        if share == 1.0 {
+            return Ok((canvas, tried));
+        }
+        let area = share * canvas.slice.size[0] * canvas.slice.size[1];
+        if best.as_ref().is_none_or(|b| area > b.0) {
+            best = Some((area, canvas, tried));
         }
     }
     let (near_mm, far_mm) = (near * 1e3, far * 1e3);
     let points = depths.iter().map(|s| s.points).sum();
-    best.ok_or_else(|| match points {
+    best.map(|(_, canvas, tried)| (canvas, tried)).ok_or_else(|| match points {
         0 => {
             let names: Vec<&str> = arms.iter().map(|a| a.model.name.as_str()).collect();
             let reached: Vec<String> = names.iter().zip(maps).map(|(name, map)| told_range(name, map)).collect();
@@ -359,7 +372,7 @@ impl Placed<'_> {
 
     /// How many points across the canvas there are, and at how many of them each arm can draw, solved one by one
     /// before the whole canvas.
-    fn tried(&self, probes: &[ReachProbe]) -> Result<Vec<(usize, usize)>, ReachError> {
+    fn tried(&self, probes: &[ReachProbe]) -> Result<Tried, ReachError> {
         let [width, height] = self.slice.size;
         let sheet = shapes::rectangle(width + 2.0 * BORDER, height + 2.0 * BORDER, 0.0, 0.1)?;
         let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&self.rotation());
@@ -384,7 +397,7 @@ impl Placed<'_> {
             width_mm: rounded(self.slice.size[0] * 1e3),
             height_mm: rounded(self.slice.size[1] * 1e3),
             center_mm: mm(&self.world_center().coords),
-            normal: (-self.grid.axis).into(),
+            normal: (-self.grid.axis).map(|x| x + 0.0).into(),
             up: self.grid.up.into(),
         }
     }
@@ -433,7 +446,8 @@ impl Placed<'_> {
         let (roll, pitch, yaw) = self.rotation().euler_angles();
         let [roll, pitch, yaw] = [roll, pitch, yaw].map(|a| rounded(a.to_degrees()));
         let [sx, sy, sz] = mm(&(self.world_center() - self.grid.axis * 0.05).coords);
-        let (n, up) = (-self.grid.axis, self.grid.up);
+        // a zero without a sign
+        let [n, up] = [-self.grid.axis, self.grid.up].map(|v| v.map(|x| x + 0.0));
         let [width, height] = self.slice.size.map(|s| rounded((s + 2.0 * BORDER) * 1e3));
         format!(
             "# The largest canvas that {robot} can draw on, as `calamus reach` found it.\n\
@@ -441,7 +455,7 @@ impl Placed<'_> {
              [canvas]\nshape = \"plane\"\nwidth_mm = {width}\nheight_mm = {height}\nthickness_mm = 10\ntriangle_mm = 20\n\
              pose = {{ xyz_mm = [{x}, {y}, {z}], rpy_deg = [{roll}, {pitch}, {yaw}] }}\n\n\
              [sheet]\nxyz_mm = [{sx}, {sy}, {sz}]\nnormal = [{}, {}, {}]\nup = [{}, {}, {}]\n",
-            n.x, n.y, n.z, up.x, up.y, up.z
+            n[0], n[1], n[2], up[0], up[1], up[2]
         )
     }
 
