@@ -8,11 +8,10 @@
 #![warn(missing_docs)]
 
 // Three crates, so that a change is compiled again only where it matters and from there up; one set of paths.
-pub use calamus_robots::{control, ink, plan, robot, tool, twin};
+pub use calamus_robots::{control, ink, measure, plan, robot, tool, twin};
 pub use calamus_strokes::{art, config, drawing, math, mesh, picture, scan, surface, tour};
 
 pub mod experiment;
-pub mod measure;
 pub mod render;
 pub mod report;
 pub mod run;

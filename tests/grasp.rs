@@ -5,9 +5,7 @@ use std::sync::OnceLock;
 use calamus::math::Pose;
 use calamus::robot::{JointVector, UrdfOptions, urdf};
 use calamus::tool::ToolSet;
-use calamus::twin::grasp::{
-    DockError, ErrorRanges, FailureClass, HandCommand, Stage, TrialOutcome, TrialSetup, tool_change_trial,
-};
+use calamus::twin::grasp::{DockError, ErrorRanges, HandCommand, Stage, TrialOutcome, TrialSetup, tool_change_trial};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -152,13 +150,13 @@ fn an_empty_dock_is_noticed_and_given_up() {
 }
 
 #[test]
-fn a_dock_far_from_where_it_is_believed_ends_with_the_pen_in_it() {
+fn a_dock_far_from_where_it_is_believed_is_noticed() {
     let mut setup = TrialSetup::gantry(set());
     setup.options.attempts = 1;
     // the body stands in the way of a finger
     let error = DockError { xyz: [0.0, 0.03, 0.0], ..DockError::default() };
     let outcome = setup.run(&error).unwrap();
-    assert_eq!(outcome.failure, Some(FailureClass::PickGivenUp), "{outcome:?}");
+    assert!(!outcome.success() && !outcome.reports.is_empty(), "{outcome:?}");
 }
 
 #[test]
