@@ -20,10 +20,15 @@ fn scenarios() -> Vec<PathBuf> {
 /// What makes the drawing of a scenario smaller, where that would take too long.
 fn smaller(name: &str) -> &'static [&'static str] {
     match name {
-        "tsp_portrait" => &["drawing.tsp.points=4000", "drawing.height_mm=90"],
-        "painterly" => &["drawing.painterly.strokes=200"],
-        "layered_depth" => &["drawing.layered_depth.strokes=200"],
-        "hatching" => &["drawing.height_mm=60"],
+        "tsp_portrait" => &["drawing.tsp.points=2000", "drawing.height_mm=60"],
+        "painterly" => &["drawing.painterly.strokes=100"],
+        "layered_depth" => &["drawing.layered_depth.strokes=100"],
+        "hatching" => &["drawing.height_mm=45"],
+        "patterns_column_arrowhead" => &["drawing.pattern.order=4", "drawing.width_mm=100"],
+        "patterns_column_snowflake" => &["drawing.pattern.order=2", "drawing.width_mm=100"],
+        // one of the three is drawn as it is
+        "touched_cone" | "touched_tank" => &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=70"],
+        "scanned_column" => &["drawing.height_mm=80"],
         _ => &[],
     }
 }

@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn the_push_on_a_ball_that_passes_an_edge_never_jumps() {
         let canvas = split(4e-3);
-        let pushes: Vec<Vector3<f64>> = (0..400)
+        let pushes: Vec<Vector3<f64>> = (0..600)
             .map(|i| rolled(&canvas, -6e-3 + 1e-5 * f64::from(i), -2e-5).map_or(Vector3::zeros(), |c| c.force))
             .collect();
         let jump = pushes.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
