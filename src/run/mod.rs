@@ -12,6 +12,7 @@ mod pictures;
 mod preview;
 mod progress;
 mod reach;
+mod reach_canvas;
 mod scan;
 mod standing;
 mod touching;

@@ -2,26 +2,19 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
-use rayon::prelude::*;
+use nalgebra::Vector3;
 use serde::Serialize;
 
-use crate::drawing::Drawing;
-use crate::mesh::{MeshError, TriMesh, shapes};
+use crate::mesh::{MeshError, TriMesh};
 use crate::plan::{GridError, PlanOptions, Reach, ReachGrid, ReachMap, ReachProbe, Slice, slices};
-use crate::report::{FigureError, OutputDir, ShownCanvas, npy_bytes, reach_figure, read_npy_bytes};
+use crate::report::{FigureError, OutputDir, npy_bytes, read_npy_bytes};
 use crate::robot::{Arm, Cell};
+use crate::run::reach_canvas::{CanvasJson, Placed, Tried, mm, rounded};
 use crate::run::{Progress, RunError, artwork, standing};
 use crate::scenario::Sketch;
 
 /// Side of the piece of canvas that is taken to be at each point, m.
 const PATCH: f64 = 0.2;
-/// Points across the canvas, each way, at which it is tried in the end.
-const TRIED: usize = 15;
-/// Slices in the picture.
-const SHOWN: usize = 12;
-/// Canvas beyond the drawing on each side, m.
-const BORDER: f64 = 0.02;
 
 /// Why there is nothing to tell.
 #[derive(Debug, thiserror::Error)]
@@ -156,16 +149,6 @@ struct DepthJson {
     height_mm: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct CanvasJson {
-    depth_mm: f64,
-    width_mm: f64,
-    height_mm: f64,
-    center_mm: [f64; 3],
-    normal: [f64; 3],
-    up: [f64; 3],
-}
-
 /// Finds where the arms can draw and the largest canvas there; writes the maps, a picture, reach.json, and the canvas as a
 /// scene (with a drawing also a scenario) into `out`. Nothing is written when there is no such canvas.
 pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -> Result<Reached, RunError> {
@@ -296,9 +279,6 @@ fn npy_of(map: &ReachMap) -> Vec<u8> {
     npy_bytes(&map.grid.size, &bytes)
 }
 
-/// How many points were tried on a canvas and at how many each arm can draw.
-type Tried = Vec<(usize, usize)>;
-
 /// The largest rectangle of all depths on the whole of which every arm can draw, of equal ones the nearest; where there is none,
 /// the one on most of whose area they can.
 ///
@@ -351,144 +331,6 @@ fn told_range(name: &str, map: &ReachMap) -> String {
     } else {
         format!("{name} reaches {:.0} to {:.0} mm", low * 1e3, high * 1e3)
     }
-}
-
-/// The canvas that was chosen.
-struct Placed<'a> {
-    grid: &'a ReachGrid,
-    slice: Slice,
-    center: [f64; 2],
-}
-
-impl Placed<'_> {
-    fn world_center(&self) -> Point3<f64> {
-        self.grid.point([self.center[0], self.center[1], self.slice.depth])
-    }
-
-    /// World from canvas: x right, y up, z out of it.
-    fn rotation(&self) -> Rotation3<f64> {
-        Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[self.grid.right, self.grid.up, -self.grid.axis]))
-    }
-
-    /// How many points across the canvas there are, and at how many of them each arm can draw, solved one by one
-    /// before the whole canvas.
-    fn tried(&self, probes: &[ReachProbe]) -> Result<Tried, ReachError> {
-        let [width, height] = self.slice.size;
-        let sheet = shapes::rectangle(width + 2.0 * BORDER, height + 2.0 * BORDER, 0.0, 0.1)?;
-        let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&self.rotation());
-        let canvas = sheet.transformed(&crate::math::Pose::from_parts(self.world_center().coords.into(), turn));
-        let share = |n: usize| n as f64 / (TRIED - 1) as f64 - 0.5;
-        let points: Vec<Point3<f64>> = (0..TRIED * TRIED)
-            .map(|n| {
-                let (u, v) = (share(n / TRIED) * width, share(n % TRIED) * height);
-                self.grid.point([self.center[0] + u, self.center[1] + v, self.slice.depth])
-            })
-            .collect();
-        let free = |probe: &ReachProbe| {
-            let reached = |p: &&Point3<f64>| probe.reach_on(p, &canvas) == Reach::Free;
-            (points.len(), points.par_iter().filter(reached).count())
-        };
-        Ok(probes.iter().map(free).collect())
-    }
-
-    fn json(&self) -> CanvasJson {
-        CanvasJson {
-            depth_mm: rounded(self.slice.depth * 1e3),
-            width_mm: rounded(self.slice.size[0] * 1e3),
-            height_mm: rounded(self.slice.size[1] * 1e3),
-            center_mm: mm(&self.world_center().coords),
-            normal: (-self.grid.axis).map(|x| x + 0.0).into(),
-            up: self.grid.up.into(),
-        }
-    }
-
-    fn figure(
-        &self,
-        robot: &str,
-        arms: &[&Arm],
-        maps: &[ReachMap],
-        near: f64,
-        far: f64,
-        drawing: Option<&Drawing>,
-    ) -> crate::report::Figure {
-        let grid = self.grid;
-        let k = ((self.slice.depth / grid.spacing).round() - f64::from(grid.first[2])) as usize;
-        let drawn = |k: &usize| {
-            let at = grid.coordinate(2, *k);
-            let any =
-                |m: &ReachMap| (0..grid.size[0] * grid.size[1]).any(|ij| m.nodes[ij * grid.size[2] + k] == Reach::Free);
-            (near - 1e-9..=far + 1e-9).contains(&at) && maps.iter().any(any)
-        };
-        let all: Vec<usize> = (0..grid.size[2]).filter(drawn).collect();
-        let step = all.len().div_ceil(SHOWN).max(1);
-        // the canvas's slice is one of those shown
-        let shift = all.iter().position(|other| *other == k).unwrap_or(0) % step;
-        let shown: Vec<usize> = all.iter().skip(shift).step_by(step).copied().collect();
-        let scale = drawing.map_or(0.0, |d| self.slice.size[0] / d.width);
-        let strokes = drawing
-            .iter()
-            .flat_map(|d| d.layers.iter().flat_map(|l| &l.strokes))
-            .map(|s| s.points.iter().map(|p| (self.center[0] + p.x * scale, self.center[1] + p.y * scale)).collect());
-        let canvas = ShownCanvas { k, center: self.center, size: self.slice.size, strokes: strokes.collect() };
-        let bases: Vec<(f64, f64)> = arms
-            .iter()
-            .map(|a| a.model.world_from_base.translation.vector - grid.origin.coords)
-            .map(|v| (grid.right.dot(&v), grid.up.dot(&v)))
-            .collect();
-        let named: Vec<(&str, &ReachMap)> = arms.iter().map(|a| a.model.name.as_str()).zip(maps).collect();
-        let title = format!("Where {robot} can draw, and the largest canvas");
-        reach_figure(&title, &named, &bases, &shown, Some(&canvas))
-    }
-
-    /// The canvas as a scene file.
-    fn scene(&self, robot: &str) -> String {
-        let [x, y, z] = mm(&self.world_center().coords);
-        let (roll, pitch, yaw) = self.rotation().euler_angles();
-        let [roll, pitch, yaw] = [roll, pitch, yaw].map(|a| rounded(a.to_degrees()));
-        let [sx, sy, sz] = mm(&(self.world_center() - self.grid.axis * 0.05).coords);
-        // a zero without a sign
-        let [n, up] = [-self.grid.axis, self.grid.up].map(|v| v.map(|x| x + 0.0));
-        let [width, height] = self.slice.size.map(|s| rounded((s + 2.0 * BORDER) * 1e3));
-        format!(
-            "# The largest canvas that {robot} can draw on, as `calamus reach` found it.\n\
-             name = \"canvas of {robot}\"\ncolor = [250, 248, 240]\nfriction = 0.3\n\n\
-             [canvas]\nshape = \"plane\"\nwidth_mm = {width}\nheight_mm = {height}\nthickness_mm = 10\ntriangle_mm = 20\n\
-             pose = {{ xyz_mm = [{x}, {y}, {z}], rpy_deg = [{roll}, {pitch}, {yaw}] }}\n\n\
-             [sheet]\nxyz_mm = [{sx}, {sy}, {sz}]\nnormal = [{}, {}, {}]\nup = [{}, {}, {}]\n",
-            n[0], n[1], n[2], up[0], up[1], up[2]
-        )
-    }
-
-    /// A scenario that draws `drawing` there.
-    fn scenario(&self, robot: &Path, arm: Option<&str>, drawing: &Path) -> String {
-        let absolute = |p: &Path| std::path::absolute(p).unwrap_or_else(|_| p.to_path_buf());
-        let mut toml = format!("robot = {}\n", quoted(&absolute(robot).to_string_lossy()));
-        if let Some(arm) = arm {
-            let _ = writeln!(toml, "arm = {}", quoted(arm));
-        }
-        let [width, height] = self.slice.size.map(|s| rounded(s * 1e3));
-        let source = quoted(&absolute(drawing).to_string_lossy());
-        let _ = writeln!(
-            toml,
-            "\n[drawing]\nsource = {source}\nwidth_mm = {width}\nheight_mm = {height}\n\n[canvas]\nscene = \"./canvas.toml\""
-        );
-        toml
-    }
-}
-
-/// A TOML string.
-fn quoted(text: &str) -> String {
-    // JSON's strings are TOML's too
-    serde_json::Value::from(text).to_string()
-}
-
-/// Without the noise of binary fractions, to a nanometre or less.
-fn rounded(x: f64) -> f64 {
-    (x * 1e6).round() / 1e6 + 0.0
-}
-
-fn mm(v: &Vector3<f64>) -> [f64; 3] {
-    [v.x, v.y, v.z].map(|x| rounded(x * 1e3))
 }
 
 fn arm_json(arm: &Arm, map: &ReachMap, (tried, tried_free): (usize, usize)) -> ArmJson {

@@ -3,7 +3,7 @@ use nalgebra::{Translation3, Vector3};
 
 use crate::math::{Pose, frame_from_axes};
 use crate::mesh::{MeshError, TriMesh, shapes};
-use crate::robot::{Arm, Cell, VisualShape};
+use crate::robot::{Arm, Capsule, Cell, JointVector, VisualShape};
 use crate::run::RunError;
 
 /// Edge of the triangles of a standing arm's capsules, m.
@@ -43,21 +43,23 @@ pub(super) fn solids<'a>(cell: &Cell, standing: impl IntoIterator<Item = &'a Arm
     Ok(solids)
 }
 
-/// The capsules of `arm` in its service pose, world.
+/// The capsules of `arm` at joints `q`, world.
+fn capsules(arm: &Arm, q: &JointVector) -> Vec<Capsule> {
+    let k = arm.model.kinematics(q);
+    let links = arm.model.links.iter().zip(k.world_from_links());
+    links.flat_map(|(link, world_from_link)| link.capsules.iter().map(|c| c.transformed(world_from_link))).collect()
+}
+
+/// `arm` in its service pose as solids, world.
 fn parked(arm: &Arm) -> Result<Vec<TriMesh>, MeshError> {
-    let k = arm.model.kinematics(&arm.service);
-    let mut solids = Vec::new();
-    for (link, world_from_link) in arm.model.links.iter().zip(k.world_from_links()) {
-        for capsule in &link.capsules {
-            let c = capsule.transformed(world_from_link);
-            let along = c.b - c.a;
-            let axis = along.try_normalize(1e-9).unwrap_or_else(Vector3::z);
-            let middle = Translation3::from(c.a.coords + 0.5 * along);
-            let pose = Pose::from_parts(middle, frame_from_axes(&axis, &Vector3::x()));
-            solids.push(shapes::capsule(c.radius, along.norm(), TRIANGLE.min(c.radius))?.transformed(&pose));
-        }
-    }
-    Ok(solids)
+    let solid = |c: Capsule| {
+        let along = c.b - c.a;
+        let axis = along.try_normalize(1e-9).unwrap_or_else(Vector3::z);
+        let middle = Translation3::from(c.a.coords + 0.5 * along);
+        let pose = Pose::from_parts(middle, frame_from_axes(&axis, &Vector3::x()));
+        Ok(shapes::capsule(c.radius, along.norm(), TRIANGLE.min(c.radius))?.transformed(&pose))
+    };
+    capsules(arm, &arm.service).into_iter().map(solid).collect()
 }
 
 #[cfg(test)]
@@ -88,26 +90,9 @@ mod tests {
         }
         assert!((tips[0].translation.y + tips[1].translation.y).abs() < 1e-3, "they are mirror images");
         // at home the two don't meet either
-        for (a, b) in cell.arms[0]
-            .model
-            .links
-            .iter()
-            .zip(cell.arms[0].model.kinematics(&cell.arms[0].home).world_from_links())
-            .flat_map(|(l, p)| l.capsules.iter().map(|c| c.transformed(p)))
-            .flat_map(|a| {
-                let right = &cell.arms[1];
-                let k = right.model.kinematics(&right.home);
-                let all: Vec<_> = right
-                    .model
-                    .links
-                    .iter()
-                    .zip(k.world_from_links())
-                    .flat_map(|(l, p)| l.capsules.iter().map(|c| c.transformed(p)))
-                    .collect();
-                all.into_iter().map(move |b| (a, b))
-            })
-        {
-            assert!(a.distance(&b) > 0.1);
+        let [left, right] = [0, 1].map(|i| capsules(&cell.arms[i], &cell.arms[i].home));
+        for (a, b) in left.iter().flat_map(|a| right.iter().map(move |b| (a, b))) {
+            assert!(a.distance(b) > 0.1);
         }
     }
 

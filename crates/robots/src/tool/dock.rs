@@ -1,6 +1,6 @@
 //! The solids of a dock, in the frame of a tool seated in it.
 use crate::mesh::{MeshError, TriMesh};
-use crate::tool::{ConvexPart, ToolDesign, ToolSet, mesh_of};
+use crate::tool::{ConvexPart, ToolSet, mesh_of};
 
 /// Depth of the chamber for the nib below its point, m.
 const CHAMBER: f64 = 4e-3;
@@ -57,11 +57,6 @@ impl ToolSet {
         let mut parts = self.dock_parts();
         parts.extend(self.dock_chamber());
         mesh_of(&parts)
-    }
-
-    /// The tool of the set.
-    pub fn tool(&self) -> &ToolDesign {
-        &self.tool
     }
 }
 

@@ -3,10 +3,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::Rng;
 
 use crate::control::{Controller, MeasuredState, Press, Reference};
 use crate::ink::{InkRecorder, NibContact, NibSpring, PenModel, StrokeId};
+use crate::math::standard_normal;
 use crate::math::stats::Running;
 use crate::plan::{Segment, SegmentKind};
 use crate::robot::{ArmModel, JointVector, Kinematics};
@@ -380,11 +380,4 @@ impl ArmRun {
 
 fn stroke_id(segment: &Segment) -> Option<StrokeId> {
     Some(StrokeId { layer: segment.layer as u32, index: segment.stroke? as u32 })
-}
-
-/// A standard normal number by Box and Muller's transform (doi:10.1214/aoms/1177706645).
-pub(crate) fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
-    let unit = |bits: u64| (bits >> 11) as f64 / (1u64 << 53) as f64;
-    let (u, v) = (1.0 - unit(rng.next_u64()), unit(rng.next_u64()));
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

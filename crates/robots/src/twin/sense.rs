@@ -3,9 +3,9 @@ use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use crate::ink::StrokeId;
+use crate::math::standard_normal;
 use crate::plan::SegmentKind;
 use crate::robot::{ArmModel, JointVector};
-use crate::twin::arm::standard_normal;
 
 /// A touch as the robot knows of it: where its own kinematics put the tip, and what its force sensor tells.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,15 +1,11 @@
 //! Intervals that say how far an estimate can be trusted.
 use rand_chacha::rand_core::Rng;
 
+use super::seed::unit;
 use super::stats::quantile;
 
 /// Standard normal quantile of a two-sided 95 % interval.
 const Z: f64 = 1.959_963_984_540_054;
-
-/// A number in `[0, 1)` of 53 random bits.
-pub fn unit(rng: &mut impl Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-}
 
 /// 95 % interval of the mean of `x` by the percentile bootstrap (doi:10.1214/aos/1176344552) with `resamples` resamples; `None`
 /// of fewer than two samples.

@@ -10,6 +10,6 @@ pub mod stats;
 pub use calamus_sparse::{Cholesky, SparseError};
 pub use color::{PAPER, Rgb, SrgbTable, linear_from_srgb, srgb_from_linear};
 pub use digest::Digest;
-pub use interval::{bootstrap_mean, unit, wilson};
+pub use interval::{bootstrap_mean, wilson};
 pub use pose::{Pose, frame_from_axes, rotation_vector};
-pub use seed::stream;
+pub use seed::{standard_normal, stream, unit};

@@ -7,6 +7,7 @@ use rand_chacha::rand_core::Rng;
 use super::crease::CreaseDistance;
 use super::hausdorff::hausdorff;
 use super::{MeshError, TriMesh};
+use crate::math;
 
 /// Plane waves of a field: their sum is near to Gaussian.
 const WAVES: usize = 64;
@@ -36,7 +37,7 @@ pub struct RandomField {
 impl RandomField {
     /// Draws a field whose shortest wave is `wavelength`, m.
     pub fn new(wavelength: f64, random: &mut impl Rng) -> Self {
-        let mut unit = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut unit = || math::unit(random);
         let waves = (0..WAVES).map(|_| {
             // a direction, evenly over the sphere (Archimedes)
             let (z, turn) = (2.0 * unit() - 1.0, TAU * unit());

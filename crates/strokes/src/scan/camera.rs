@@ -152,7 +152,7 @@ impl DepthCamera {
             .into_par_iter()
             .flat_map_iter(|v| {
                 let mut rng = math::stream(seed, "scan-disparity", (view << 32) | v as u64);
-                (0..wide).map(move |_| normal(&mut rng)).collect::<Vec<f64>>()
+                (0..wide).map(move |_| math::standard_normal(&mut rng)).collect::<Vec<f64>>()
             })
             .collect();
         let along: Vec<f64> = (0..high * columns)
@@ -167,12 +167,6 @@ impl DepthCamera {
     }
 }
 
-/// One number of the standard normal distribution (Box and Muller, doi:10.1214/aoms/1177706645).
-fn normal(rng: &mut impl RngExt) -> f64 {
-    let (a, b) = (rng.random::<f64>(), rng.random::<f64>());
-    (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-}
-
 /// `world_from_camera` of a camera at `eye` that looks at `target` with the picture's upper edge towards `up`; `None` when eye and
 /// target are one place.
 pub(super) fn look_at(eye: &Point3<f64>, target: &Point3<f64>, up: &Vector3<f64>) -> Option<Pose> {
@@ -185,7 +179,7 @@ pub(super) fn look_at(eye: &Point3<f64>, target: &Point3<f64>, up: &Vector3<f64>
 /// A pose that is off by normal errors of deviation `distance` (m) along and `angle` (rad) about each of the camera's axes.
 pub(super) fn misplaced(pose: &Pose, distance: f64, angle: f64, seed: u64, view: u64) -> Pose {
     let mut rng = math::stream(seed, "scan-calibration", view);
-    let mut three = |deviation: f64| Vector3::from_fn(|_, _| normal(&mut rng) * deviation);
+    let mut three = |deviation: f64| Vector3::from_fn(|_, _| math::standard_normal(&mut rng) * deviation);
     let (shift, turn) = (three(distance), three(angle));
     pose * Pose::from_parts(Translation3::from(shift), UnitQuaternion::from_scaled_axis(turn))
 }

@@ -2,10 +2,9 @@
 //!
 //! Everything random is drawn from the run's seed, each part from its own stream, so that one part never shifts another.
 use nalgebra::{Point3, Translation3, Unit, UnitQuaternion, Vector3};
-use rand_chacha::rand_core::Rng;
 
 use super::canvas::{Canvas, SheetFrame, TrueCanvas};
-use crate::math::{Pose, rotation_vector, stream};
+use crate::math::{Pose, rotation_vector, standard_normal, stream, unit};
 use crate::mesh::{Boards, Dent, MeshError, RandomField, ReliefError, TriMesh, clad, dented, hausdorff, rough};
 
 /// Cosine, to the direction towards the artist, from which on a part of the surface may be dented: 60 degrees.
@@ -224,7 +223,7 @@ fn placed(
 ) -> Result<Canvas, TruthError> {
     let mut random = stream(seed, "truth: place", 0);
     let mut varied = |mean: [f64; 3], sd: [f64; 3]| {
-        Vector3::from(std::array::from_fn::<f64, 3, _>(|i| mean[i] + sd[i] * normal(&mut random)))
+        Vector3::from(std::array::from_fn::<f64, 3, _>(|i| mean[i] + sd[i] * standard_normal(&mut random)))
     };
     let offset = varied(options.offset, options.offset_sd);
     let turn = varied(options.turn, options.turn_sd);
@@ -249,17 +248,6 @@ fn placed(
         canvas.sheet = SheetFrame { world_from_sheet: about_middle * canvas.sheet.world_from_sheet };
     }
     Ok(canvas)
-}
-
-/// Evenly spread over [0, 1).
-fn unit(random: &mut impl Rng) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// A standard normal number by Box and Muller's transform (doi:10.1214/aoms/1177706645).
-fn normal(random: &mut impl Rng) -> f64 {
-    let (u, v) = (1.0 - unit(random), unit(random));
-    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
 #[cfg(test)]

@@ -150,6 +150,19 @@ impl Default for ChangeOptions {
     }
 }
 
+impl ChangeOptions {
+    /// Where the grip frame stands before the approach to a dock, world.
+    pub fn ready(&self, world_from_dock: &Pose) -> Pose {
+        grip_at(world_from_dock, self.approach, -self.below)
+    }
+}
+
+/// The grip frame's pose when the palm is `back` m behind the tool seated at `world_from_dock` and `up` m above where it is designed to
+/// grip.
+fn grip_at(world_from_dock: &Pose, back: f64, up: f64) -> Pose {
+    world_from_dock * Pose::from_parts(Translation3::new(-PALM_FACE - back, 0.0, up), Default::default())
+}
+
 /// How far first joints may stand off where they are expected, rad.
 const FINGER_TOLERANCE: f64 = 0.06;
 /// How far first joints may in the half-grasp, where a tilted tool stops one finger early, rad: 10 mm at the second joint.
@@ -164,6 +177,17 @@ struct Step {
     hand: HandCommand,
     /// Whether the stage goes on in the next step: nothing is checked yet.
     goes_on: bool,
+}
+
+impl Step {
+    fn new(stage: Stage, to: Pose, hand: HandCommand) -> Self {
+        Self { stage, to, hand, goes_on: false }
+    }
+
+    /// The same, to go on in the next step.
+    fn unchecked(self) -> Self {
+        Self { goes_on: true, ..self }
+    }
 }
 
 /// A tool change that is under way.
@@ -234,14 +258,8 @@ impl ToolChange {
         change
     }
 
-    /// The grip frame's pose when the palm is `back` m behind the seated tool and `up` m above where it is designed to grip.
-    pub fn grip_at(&self, back: f64, up: f64) -> Pose {
-        self.world_from_dock * Pose::from_parts(Translation3::new(-PALM_FACE - back, 0.0, up), Default::default())
-    }
-
-    /// Where the approach starts.
-    pub fn ready(&self) -> Pose {
-        self.grip_at(self.options.approach, -self.options.below)
+    fn grip_at(&self, back: f64, up: f64) -> Pose {
+        grip_at(&self.world_from_dock, back, up)
     }
 
     fn open(&self) -> HandCommand {
@@ -275,23 +293,22 @@ impl ToolChange {
 
     fn enqueue(&mut self) {
         let o = self.options.clone();
-        let step = |stage, to, hand| Step { stage, to, hand, goes_on: false };
         let lifted = self.grip_at(o.standoff, self.gap + self.lift);
         let steps = match self.order {
             Order::Pick => vec![
-                step(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
-                step(Stage::HalfGrasp, self.grip_at(o.standoff, -o.below), self.half()),
+                Step::new(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
+                Step::new(Stage::HalfGrasp, self.grip_at(o.standoff, -o.below), self.half()),
                 // loosened, a tilted tool neither jams in the guide nor sticks between the pads: it hangs on the fingers
-                Step { goes_on: true, ..step(Stage::Lift, lifted, self.loose()) },
-                step(Stage::Lift, lifted, self.half()),
+                Step::new(Stage::Lift, lifted, self.loose()).unchecked(),
+                Step::new(Stage::Lift, lifted, self.half()),
                 // flat sides first: while nothing rubs on the palm, they find the middle
-                Step { goes_on: true, ..step(Stage::FullGrasp, lifted, self.squeezed()) },
-                step(Stage::FullGrasp, lifted, self.full()),
+                Step::new(Stage::FullGrasp, lifted, self.squeezed()).unchecked(),
+                Step::new(Stage::FullGrasp, lifted, self.full()),
             ],
             Order::Return => {
                 let mut steps = vec![
-                    step(Stage::Lower, self.grip_at(0.0, self.gap + o.drop), self.full()),
-                    step(Stage::HalfRelease, self.grip_at(0.0, self.gap + o.drop), self.half()),
+                    Step::new(Stage::Lower, self.grip_at(0.0, self.gap + o.drop), self.full()),
+                    Step::new(Stage::HalfRelease, self.grip_at(0.0, self.gap + o.drop), self.half()),
                 ];
                 steps.extend(self.letting_go());
                 steps
@@ -304,10 +321,14 @@ impl ToolChange {
     fn letting_go(&self) -> [Step; 3] {
         let (back, low) = (self.options.standoff, -self.options.below);
         [
-            Step { stage: Stage::Seat, to: self.grip_at(back, low), hand: self.half(), goes_on: false },
-            Step { stage: Stage::Release, to: self.grip_at(back, low), hand: self.open(), goes_on: false },
-            Step { stage: Stage::Retreat, to: self.ready(), hand: self.open(), goes_on: false },
+            Step::new(Stage::Seat, self.grip_at(back, low), self.half()),
+            Step::new(Stage::Release, self.grip_at(back, low), self.open()),
+            self.retreat(),
         ]
+    }
+
+    fn retreat(&self) -> Step {
+        Step::new(Stage::Retreat, self.options.ready(&self.world_from_dock), self.open())
     }
 
     /// The stage under way; `None` when all is done or given up.
@@ -388,29 +409,18 @@ impl ToolChange {
         self.recovering = true;
         self.time = 0.0;
         self.goal = senses.world_from_grip;
-        let low = -self.options.below;
         let mut steps = Vec::new();
         // above the dock: straight down first, with what the fingers hold held as it is
         if error.stage() >= Stage::Lift {
             let back = if self.order == Order::Pick { self.options.standoff } else { 0.0 };
             let hand = self.hand;
             if hand.wrap > 0.0 {
-                steps.push(Step {
-                    stage: Stage::Lower,
-                    to: self.grip_at(back, self.gap + self.options.drop),
-                    hand,
-                    goes_on: false,
-                });
+                steps.push(Step::new(Stage::Lower, self.grip_at(back, self.gap + self.options.drop), hand));
             }
         }
         steps.extend(self.letting_go());
         if error.stage() == Stage::Approach {
-            steps = vec![Step {
-                stage: Stage::Retreat,
-                to: self.grip_at(self.options.approach, low),
-                hand: self.open(),
-                goes_on: false,
-            }];
+            steps = vec![self.retreat()];
         }
         self.queue = steps.into();
     }

@@ -226,11 +226,6 @@ impl Hand {
         self.command = command;
     }
 
-    /// What the hand was told last.
-    pub fn commanded(&self) -> &HandCommand {
-        &self.command
-    }
-
     /// Whether the motors' targets have arrived where the command wants them (the fingers may be held up).
     pub fn targets_reached(&self) -> bool {
         let (close, wrap, spread) = self.targets();

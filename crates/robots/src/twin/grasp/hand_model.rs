@@ -165,7 +165,7 @@ impl HandModel {
     }
 
     /// Angle of the first joints, rad, at which the pads of fingers and thumb stand `gap` m apart, the medial phalanges straight
-    /// on: `2 (45.5 mm - pad - (l1 + l2 ...) sin(q1 - q_flat))` at the second joint.
+    /// on: `gap = 2 (base - pad - l1 sin(q1 - q_flat))`, with the base's distance from the middle and `l1` to the second joint.
     pub fn close_angle(&self, gap: f64) -> f64 {
         let base = self.fingers[0].knuckle.parent_from_joint.translation.vector.y;
         PROXIMAL_ANGLE + ((base - PAD - 0.5 * gap) / PROXIMAL_LENGTH).clamp(-0.9, 0.9).asin()

@@ -1,9 +1,8 @@
 //! A trial of the tool change: pick, hold, return, with a random error between the dock and what the robot believes.
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
-use rand_chacha::rand_core::Rng;
 
 use super::{Carrier, ChangeOptions, DT, GraspError, GraspWorld, HandModel, Order, Stage, ToolChange};
-use crate::math::{Pose, stream};
+use crate::math::{Pose, stream, unit};
 use crate::robot::{ArmModel, JointVector};
 use crate::tool::ToolSet;
 
@@ -48,8 +47,7 @@ impl ErrorRanges {
     /// The error of trial `seed`.
     pub fn draw(&self, seed: u64) -> DockError {
         let mut rng = stream(seed, "dock_error", 0);
-        // 53 bits, in [-1, 1)
-        let mut within = |half: f64| half * ((rng.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0);
+        let mut within = |half: f64| half * (2.0 * unit(&mut rng) - 1.0);
         DockError {
             xyz: [within(self.xy), within(self.xy), within(self.z)],
             rpy: [within(self.tilt), within(self.tilt), within(self.yaw)],
@@ -102,15 +100,7 @@ impl TrialSetup {
     /// # Errors
     /// See [`GraspWorld::new`].
     pub fn world(&self, error: &DockError) -> Result<(GraspWorld, ToolChange), GraspError> {
-        let start = ToolChange::new(
-            Order::Pick,
-            &self.hand,
-            &self.set,
-            &self.world_from_dock,
-            &self.world_from_dock,
-            &self.options,
-        )
-        .ready();
+        let start = self.options.ready(&self.world_from_dock);
         let mut world = GraspWorld::new(&self.carrier, &self.hand, &self.set, &start, &self.true_dock(error))?;
         let change = ToolChange::new(Order::Pick, &self.hand, &self.set, &self.world_from_dock, &start, &self.options);
         for _ in 0..SETTLE {
@@ -239,14 +229,12 @@ impl TrialSetup {
             error: *error,
             stages,
             pen_tip: None,
-            attempts: 1,
+            attempts: pick.attempts(),
             failure: None,
-            reports: Vec::new(),
+            reports: pick.failures().iter().map(ToString::to_string).collect(),
             seat_gap: None,
             steps: 0,
         };
-        outcome.attempts = pick.attempts();
-        outcome.reports.extend(pick.failures().iter().map(ToString::to_string));
         let fallen = |world: &GraspWorld| {
             let tool = world.world_from_tool();
             (seat.inverse() * tool).translation.vector.norm() > 0.02

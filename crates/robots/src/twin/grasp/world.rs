@@ -198,12 +198,6 @@ impl GraspWorld {
         self.grip_from_tool() * self.set.tool.pen_tip()
     }
 
-    /// True speed of the tool, m/s.
-    pub fn tool_speed(&self) -> f64 {
-        let v = self.plant.world().bodies[self.tool].linvel();
-        Vector3::new(v.x, v.y, v.z).norm()
-    }
-
     /// Pulls at the pen tip with `force` (N, world) from the next step on.
     pub fn pull(&mut self, force: Vector3<f64>) {
         self.pull = force;
