@@ -55,14 +55,15 @@ impl ConvexPart {
     }
 
     /// A wedge number `index` of `count` round the vertical through (`x`, 0): the sector of a ring whose section runs from
-    /// `inner` (radius, height; lower end first) to the radius `outer`, m. Its inner face touches the circle of that radius.
-    pub fn wedge(x: f64, inner: [[f64; 2]; 2], outer: f64, index: usize, count: usize) -> Self {
+    /// `inner` (radius, height; lowest first, the radius growing ever faster) to the radius `outer`, m. Its inner faces touch the
+    /// circles of those radii.
+    pub fn wedge(x: f64, inner: &[[f64; 2]], outer: f64, index: usize, count: usize) -> Self {
         let angle = |i: usize| i as f64 / count as f64 * std::f64::consts::TAU;
         let wider = 1.0 / (std::f64::consts::PI / count as f64).cos();
         let corner = |r: f64, a: f64, z: f64| Point3::new(x + wider * r * a.cos(), wider * r * a.sin(), z);
         let (a, b) = (angle(index), angle(index + 1));
         let ring = |r: f64, z: f64| vec![corner(r, a, z), corner(outer, a, z), corner(outer, b, z), corner(r, b, z)];
-        Self::loft(&[ring(inner[0][0], inner[0][1]), ring(inner[1][0], inner[1][1])])
+        Self::loft(&inner.iter().map(|p| ring(p[0], p[1])).collect::<Vec<_>>())
     }
 
     /// Corners, m: the solid is their convex hull.
@@ -130,7 +131,7 @@ mod tests {
     #[test]
     fn wedges_are_convex_and_close_the_ring() {
         let wedges: Vec<_> =
-            (0..24).map(|i| ConvexPart::wedge(0.0, [[0.008, 0.0], [0.015, 0.02]], 0.03, i, 24)).collect();
+            (0..24).map(|i| ConvexPart::wedge(0.0, &[[0.008, 0.0], [0.015, 0.02]], 0.03, i, 24)).collect();
         let volume: f64 = wedges.iter().map(ConvexPart::volume).sum();
         assert!(wedges.iter().all(|w| w.concavity() < 1e-12));
         assert!(volume > 0.0 && mesh_of(&wedges).is_ok());

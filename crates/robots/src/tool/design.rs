@@ -360,6 +360,6 @@ mod tests {
 
     #[test]
     fn a_misspelt_key_is_refused_with_the_nearest() {
-        assert!(refused("wedges = 24", "wedgs = 24").contains("did you mean `wedges`?"));
+        assert!(refused("wedges = 16", "wedgs = 16").contains("did you mean `wedges`?"));
     }
 }

@@ -6,7 +6,9 @@ use crate::tool::{ConvexPart, ToolSet, mesh_of};
 const CHAMBER: f64 = 4e-3;
 
 impl ToolSet {
-    /// The solids of the dock that collide: rings of wedges - a cone that matches the nose, a guide ring, a flare.
+    /// The solids of the dock that collide: two rings of wedges - a cone that matches the nose, and a guide that opens into a flare.
+    /// Guide and flare are of one piece: where two solids meet in the bore, a nose that slides over the seam catches on the hidden face
+    /// of the next.
     pub fn dock_parts(&self) -> Vec<ConvexPart> {
         let (d, n) = (&self.dock, &self.tool.nose);
         let low = self.tool.nose_end();
@@ -14,13 +16,12 @@ impl ToolSet {
         let (guide, top) = (seat + d.guide, seat + d.guide + d.flare);
         let bore = n.stem_radius + d.guide_clearance;
         let outer = d.flare_radius + d.wall;
-        let rings = [
-            [[n.tip_radius, low], [n.stem_radius, seat]],
-            [[bore, seat], [bore, guide]],
-            [[bore, guide], [d.flare_radius, top]],
-        ];
-        let wedge = |section: [[f64; 2]; 2], i| ConvexPart::wedge(n.axis, section, outer, i, d.wedges);
-        rings.into_iter().flat_map(|section| (0..d.wedges).map(move |i| wedge(section, i))).collect()
+        let cone = [[n.tip_radius, low], [n.stem_radius, seat]];
+        let guide = [[bore, seat], [bore, guide], [d.flare_radius, top]];
+        let ring = |inner: &[[f64; 2]]| -> Vec<_> {
+            (0..d.wedges).map(|i| ConvexPart::wedge(n.axis, inner, outer, i, d.wedges)).collect()
+        };
+        [ring(&cone), ring(&guide)].concat()
     }
 
     /// The closed chamber round the nib, with the seal's lip on top: to be seen only.
@@ -29,12 +30,12 @@ impl ToolSet {
         let low = self.tool.nose_end();
         let floor = low - n.pen_reach - CHAMBER;
         let outer = d.flare_radius + d.wall;
-        let wall = |section: [[f64; 2]; 2], i| ConvexPart::wedge(n.axis, section, outer, i, d.wedges);
+        let wall = |section: [[f64; 2]; 2], i| ConvexPart::wedge(n.axis, &section, outer, i, d.wedges);
         let mut parts: Vec<_> = (0..d.wedges).map(|i| wall([[n.tip_radius, floor], [n.tip_radius, low]], i)).collect();
         parts.push(ConvexPart::turned(n.axis, &[[outer, floor - CHAMBER], [outer, floor]], d.wedges));
         if let Some(seal) = &d.seal {
             let lip = [[n.pen_radius.max(0.8 * n.tip_radius), low - seal.height], [n.tip_radius, low]];
-            parts.extend((0..d.wedges).map(|i| ConvexPart::wedge(n.axis, lip, n.tip_radius + 1e-3, i, d.wedges)));
+            parts.extend((0..d.wedges).map(|i| ConvexPart::wedge(n.axis, &lip, n.tip_radius + 1e-3, i, d.wedges)));
         }
         parts
     }
@@ -68,7 +69,7 @@ mod tests {
     fn every_wedge_is_convex() {
         let set = ToolSet::pen_tool().unwrap();
         let parts = set.dock_parts();
-        assert_eq!(parts.len(), 72);
+        assert_eq!(parts.len(), 2 * set.dock.wedges);
         assert!(parts.iter().chain(&set.dock_chamber()).all(|p| p.concavity() < 1e-9 && p.volume() > 0.0));
         assert!(set.dock_mesh().is_ok());
     }
