@@ -16,6 +16,9 @@ use crate::twin::{Plant, RapierPlant, TipForce};
 
 /// Length of a step, s.
 pub const DT: f64 = 1e-3;
+/// A tool slower than this (m/s) for so long (s) is at rest: 0.1 mm/s, a tenth of what gravity adds in a step.
+const REST_SPEED: f64 = 1e-4;
+const REST_TIME: f64 = 0.1;
 /// Smoothing time of the wrist's force and torque, s.
 const SMOOTHING: f64 = 0.02;
 
@@ -91,9 +94,12 @@ impl GraspWorld {
         let tool = RigidBodyBuilder::dynamic()
             .pose(to_rapier(world_from_dock))
             .linear_damping(0.0)
-            .angular_damping(0.0)
-            .can_sleep(false);
+            .angular_damping(0.0);
         let tool = w.bodies.insert(tool);
+        // at rest in its dock the tool costs more than the whole hand; what a finger touches is awake
+        let rest = w.bodies[tool].activation_mut();
+        rest.normalized_linear_threshold = REST_SPEED;
+        rest.time_until_sleep = REST_TIME;
         let most = set.tool.friction_fingers.max(set.tool.friction_dock);
         for part in set.tool.parts() {
             let hull = hull(&part).ok_or(GraspError::Refused)?.density(set.tool.density()).friction(most);
