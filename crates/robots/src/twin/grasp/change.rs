@@ -1,12 +1,14 @@
 //! The tool change as a machine of stages: what to do next, from what the robot senses alone.
 //!
 //! Picking is the dissertation's sequence (section VII.B.2): approach, half-grasp, vertical lift, full grasp. Returning is its exact
-//! reverse. Every stage has its own check; a stage that fails sets the pen down in its dock, opens and backs off, and the
-//! whole is tried again or given up with the pen left standing.
+//! reverse. Where hand or tool may touch the dock, the hand gives way to what the wrist feels. Every stage has its own check; a stage
+//! that fails sets the pen down in its dock, opens and backs off, and the whole is tried again or given up with the pen left
+//! standing. A pen that does not find its dock is kept in the hand.
 use std::collections::VecDeque;
 
 use nalgebra::{Translation3, Vector3};
 
+use super::compliance::Compliance;
 use super::{HandCommand, HandModel, OPEN, PALM_FACE, Senses};
 use crate::math::Pose;
 use crate::robot::GRAVITY;
@@ -123,7 +125,7 @@ pub struct ChangeOptions {
     pub speed: f64,
     /// Rest before each check, s.
     pub settle: f64,
-    /// Largest force (N) and torque (N m) at the wrist.
+    /// Largest force (N) and torque (N m) at the wrist, beyond those at the start.
     pub limits: [f64; 2],
     /// How often the whole is tried.
     pub attempts: u32,
@@ -144,8 +146,8 @@ impl Default for ChangeOptions {
             finger_speed: 0.11,
             speed: 0.15,
             settle: 0.1,
-            limits: [80.0, 8.0],
-            attempts: 2,
+            limits: [50.0, 8.0],
+            attempts: 3,
         }
     }
 }
@@ -169,6 +171,10 @@ const FINGER_TOLERANCE: f64 = 0.06;
 const HALF_TOLERANCE: f64 = 0.18;
 /// How far second joints may, rad.
 const WRAP_TOLERANCE: f64 = 0.12;
+/// Share of the speed at which a pen goes down to a dock that it may meet beside the mouth.
+const LOWERING: f64 = 0.5;
+/// Time for which a pen that is being set down may be pressed with more than the limit, s: shocks are shorter.
+const PATIENCE: f64 = 0.1;
 
 #[derive(Clone, Copy, Debug)]
 struct Step {
@@ -184,9 +190,36 @@ impl Step {
         Self { stage, to, hand, goes_on: false }
     }
 
+    /// Whether the hand gives way: the tool is between fingers and dock.
+    fn yields(&self) -> bool {
+        use Stage::{HalfGrasp, HalfRelease, Lift, Lower, Seat};
+        matches!(self.stage, HalfGrasp | Lift | Lower | HalfRelease | Seat)
+    }
+
     /// The same, to go on in the next step.
     fn unchecked(self) -> Self {
         Self { goes_on: true, ..self }
+    }
+}
+
+/// What was sensed while arm and fingers have been where they shall be: means outvote noise.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rest {
+    time: f64,
+    samples: f64,
+    /// Sums of the force upwards, N, and of the finger joints, rad.
+    lift: f64,
+    fingers: [[f64; 3]; 3],
+}
+
+impl Rest {
+    fn add(&mut self, lift: f64, fingers: &[[f64; 3]; 3], dt: f64) {
+        self.time += dt;
+        self.samples += 1.0;
+        self.lift += lift;
+        for (sum, q) in self.fingers.iter_mut().flatten().zip(fingers.iter().flatten()) {
+            *sum += q;
+        }
     }
 }
 
@@ -204,13 +237,15 @@ pub struct ToolChange {
     bevel: Option<f64>,
     queue: VecDeque<Step>,
     from: Pose,
+    /// Where the hand shall be, and where it would be if it did not give way.
     goal: Pose,
+    way: Pose,
+    compliance: Compliance,
     hand: HandCommand,
     time: f64,
-    /// Time for which arm and fingers have been where they shall be, s.
-    rest: f64,
-    /// Force upwards that was felt when the order was taken, N; `None` before.
-    tare: Option<f64>,
+    rest: Rest,
+    /// Time for which the wrist has felt more than it may, s.
+    pressed: f64,
     attempt: u32,
     failures: Vec<ChangeError>,
     recovering: bool,
@@ -241,10 +276,12 @@ impl ToolChange {
             queue: VecDeque::new(),
             from: *grip,
             goal: *grip,
+            way: *grip,
+            compliance: Compliance::new(),
             hand: HandCommand::open(),
             time: 0.0,
-            rest: 0.0,
-            tare: None,
+            rest: Rest::default(),
+            pressed: 0.0,
             attempt: 1,
             failures: Vec::new(),
             recovering: false,
@@ -293,7 +330,7 @@ impl ToolChange {
 
     fn enqueue(&mut self) {
         let o = self.options.clone();
-        let lifted = self.grip_at(o.standoff, self.gap + self.lift);
+        let lifted = self.lifted();
         let steps = match self.order {
             Order::Pick => vec![
                 Step::new(Stage::Approach, self.grip_at(o.standoff, -o.below), self.open()),
@@ -315,6 +352,12 @@ impl ToolChange {
             }
         };
         self.queue = steps.into();
+    }
+
+    /// Above the dock, nose clear of it.
+    fn lifted(&self) -> Pose {
+        let back = if self.order == Order::Pick { self.options.standoff } else { 0.0 };
+        self.grip_at(back, self.gap + self.lift)
     }
 
     /// The end of a return, and of every failed attempt: pen in its seat, hand open and away.
@@ -359,31 +402,42 @@ impl ToolChange {
     /// Goes on by `dt` s: where the grip frame shall be, and what the hand shall do.
     pub fn update(&mut self, senses: &Senses, dt: f64) -> (Pose, HandCommand) {
         let Some(step) = self.queue.front().copied() else { return (self.goal, self.hand) };
-        self.tare.get_or_insert(senses.force.dot(&(self.world_from_dock.rotation * Vector3::z())));
+        let up = self.world_from_dock.rotation * Vector3::z();
+        let (force, torque) = self.compliance.feel(senses);
         if self.time == 0.0 {
-            self.from = self.goal;
-            self.rest = 0.0;
+            self.from = self.way;
+            self.rest = Rest::default();
         }
-        self.time += dt;
+        if step.yields() {
+            self.compliance.give_way(&force, &torque, &up, dt);
+        }
+        self.time += dt * self.compliance.pace(force.norm(), dt);
         self.hand = step.hand;
-        let way = (step.to.translation.vector - self.from.translation.vector).norm();
-        let duration = (way / self.options.speed).max(0.05);
-        let s = minimum_jerk((self.time / duration).min(1.0));
-        self.goal = self.from.lerp_slerp(&step.to, s);
+        let length = (step.to.translation.vector - self.from.translation.vector).norm();
+        let share = if step.stage == Stage::Lower { LOWERING } else { 1.0 };
+        let duration = (length / (share * self.options.speed)).max(0.05);
+        self.way = self.from.lerp_slerp(&step.to, minimum_jerk((self.time / duration).min(1.0)));
+        self.goal = self.compliance.yielded(&self.way);
         if self.time >= duration && senses.hand_arrived {
-            self.rest += dt;
+            self.rest.add(force.dot(&up), &senses.hand.q, dt);
         }
         let [force_limit, torque_limit] = self.options.limits;
-        let (force, torque) = (senses.force.norm(), senses.torque.norm());
-        if !self.recovering && (force > force_limit || torque > torque_limit) {
+        let (force, torque) = (force.norm(), torque.norm());
+        let much = force > force_limit || torque > torque_limit;
+        self.pressed = if much { self.pressed + dt } else { 0.0 };
+        if much && !self.recovering {
             self.fail(ChangeError::Collision { stage: step.stage, force, torque, force_limit, torque_limit }, senses);
-        } else if self.rest >= self.options.settle {
+        } else if self.recovering && self.pressed > PATIENCE && step.stage == Stage::Lower {
+            // the dock isn't there: better kept than dropped
+            self.queue.clear();
+        } else if self.rest.time >= self.options.settle || (self.recovering && self.pressed > PATIENCE) {
+            self.pressed = 0.0;
             if step.goes_on {
                 self.queue.pop_front();
                 self.time = 0.0;
                 return (self.goal, self.hand);
             }
-            match self.check(step.stage, senses) {
+            match self.check(step.stage) {
                 Err(e) if !self.recovering => self.fail(e, senses),
                 _ => self.advance(step.stage),
             }
@@ -396,41 +450,52 @@ impl ToolChange {
         self.time = 0.0;
         if !self.recovering {
             self.finished.push(stage);
-        } else if self.queue.is_empty() && self.attempt < self.options.attempts && self.order == Order::Pick {
+        } else if self.queue.is_empty() && self.attempt < self.options.attempts && self.may_try_again() {
             self.attempt += 1;
             self.recovering = false;
             self.enqueue();
         }
     }
 
-    /// Puts the pen down and backs off. A return is not tried again from the start: what is in the dock stays there.
+    /// Whether the tool is where the order found it. After a return that let go, what is in the dock stays there.
+    fn may_try_again(&self) -> bool {
+        self.order == Order::Pick || self.failures.last().is_some_and(|e| e.stage() == Stage::Lower)
+    }
+
+    /// Puts the pen down and backs off, or takes it up again when it has not found its dock. By how much the hand has given way since
+    /// it met the tool, it stands off also when it tries again.
     fn fail(&mut self, error: ChangeError, senses: &Senses) {
         self.failures.push(error);
         self.recovering = true;
         self.time = 0.0;
+        self.pressed = 0.0;
+        let stage = error.stage();
+        if self.order == Order::Pick && stage <= Stage::HalfGrasp {
+            self.compliance.straighten();
+        }
         self.goal = senses.world_from_grip;
-        let mut steps = Vec::new();
-        // above the dock: straight down first, with what the fingers hold held as it is
-        if error.stage() >= Stage::Lift {
-            let back = if self.order == Order::Pick { self.options.standoff } else { 0.0 };
-            let hand = self.hand;
-            if hand.wrap > 0.0 {
-                steps.push(Step::new(Stage::Lower, self.grip_at(back, self.gap + self.options.drop), hand));
+        self.way = self.compliance.unyielded(&self.goal);
+        self.queue = match (self.order, stage) {
+            (_, Stage::Approach) => vec![self.retreat()],
+            (_, Stage::HalfGrasp) => vec![Step::new(Stage::Release, self.way, self.open()), self.retreat()],
+            (Order::Return, Stage::Lower) => vec![Step::new(Stage::Lift, self.lifted(), self.full())],
+            // above the dock: straight down first, with what the fingers hold held as it is
+            (Order::Pick, _) if self.hand.wrap > 0.0 => {
+                let low = self.grip_at(self.options.standoff, self.gap + self.options.drop);
+                [&[Step::new(Stage::Lower, low, self.hand)][..], &self.letting_go()].concat()
             }
+            _ => self.letting_go().to_vec(),
         }
-        steps.extend(self.letting_go());
-        if error.stage() == Stage::Approach {
-            steps = vec![self.retreat()];
-        }
-        self.queue = steps.into();
+        .into();
     }
 
-    fn check(&self, stage: Stage, senses: &Senses) -> Result<(), ChangeError> {
-        let within = |joint: usize, low: f64, high: f64| match senses
-            .hand
-            .q
+    fn check(&self, stage: Stage) -> Result<(), ChangeError> {
+        let n = self.rest.samples.max(1.0);
+        let within = |joint: usize, low: f64, high: f64| match self
+            .rest
+            .fingers
             .iter()
-            .map(|q| q[joint])
+            .map(|q| q[joint] / n)
             .find(|a| !(low..=high).contains(a))
         {
             Some(angle) => Err(ChangeError::Fingers { stage, angle, low, high }),
@@ -439,9 +504,8 @@ impl ToolChange {
         let loaded = |load: f64, low: f64, high: f64| {
             if (low..=high).contains(&load) { Ok(()) } else { Err(ChangeError::Load { stage, load, low, high }) }
         };
-        let up = self.world_from_dock.rotation * Vector3::z();
         // more than when the order was taken: in a pick the tool, hanging on the hand, in a return its absence
-        let felt = senses.force.dot(&up) - self.tare.unwrap_or_default();
+        let felt = self.rest.lift / n;
         match stage {
             Stage::Lower | Stage::Seat => Ok(()),
             Stage::HalfGrasp => within(0, self.half_angle - HALF_TOLERANCE, self.half_angle + HALF_TOLERANCE),

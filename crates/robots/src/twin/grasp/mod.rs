@@ -2,11 +2,13 @@
 
 mod carrier;
 mod change;
+mod compliance;
 mod hand;
 mod hand_model;
 mod trial;
 #[cfg(test)]
 mod urdf_tests;
+mod variation;
 mod world;
 
 pub use carrier::Carrier;
@@ -14,4 +16,5 @@ pub use change::{ChangeError, ChangeOptions, Order, Stage, ToolChange};
 pub use hand::{GraspMode, Hand, HandCommand, HandState, OPEN};
 pub use hand_model::{BoxShape, FINGER_NAMES, FingerModel, HandModel, PALM_FACE, Phalanx};
 pub use trial::{DockError, ErrorRanges, FailureClass, Picked, StagePose, TrialOutcome, TrialSetup, tool_change_trial};
+pub use variation::{SensorNoise, Variation};
 pub use world::{DT, GraspError, GraspWorld, Senses};

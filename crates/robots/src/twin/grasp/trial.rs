@@ -1,7 +1,7 @@
 //! A trial of the tool change: pick, hold, return, with a random error between the dock and what the robot believes.
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
-use super::{Carrier, ChangeOptions, DT, GraspError, GraspWorld, HandModel, Order, Stage, ToolChange};
+use super::{Carrier, ChangeOptions, DT, GraspError, GraspWorld, HandModel, Order, Stage, ToolChange, Variation};
 use crate::math::{Pose, stream, unit};
 use crate::robot::{ArmModel, JointVector};
 use crate::tool::ToolSet;
@@ -68,6 +68,8 @@ pub struct TrialSetup {
     pub world_from_dock: Pose,
     /// Distances, times and limits.
     pub options: ChangeOptions,
+    /// What is true but not believed, beside the dock's error.
+    pub variation: Variation,
 }
 
 impl TrialSetup {
@@ -77,14 +79,15 @@ impl TrialSetup {
         let world_from_dock = Pose::translation(0.5, 0.0, 0.3);
         let options = ChangeOptions::default();
         let carrier = Carrier::gantry(&hand, &Pose::translation(0.3, 0.0, 0.3));
-        Self { set, hand, carrier, world_from_dock, options }
+        Self { set, hand, carrier, world_from_dock, options, variation: Variation::default() }
     }
 
     /// A hand on the flange of `arm` (its tip frame, z outwards), before a dock at `world_from_dock`, sought from the joints `home`.
     pub fn on_arm(set: ToolSet, arm: &ArmModel, home: JointVector, world_from_dock: Pose) -> Self {
         let hand = HandModel::robotiq_3f();
         let carrier = Carrier::new(arm, &hand, home);
-        Self { set, hand, carrier, world_from_dock, options: ChangeOptions::default() }
+        let options = ChangeOptions::default();
+        Self { set, hand, carrier, world_from_dock, options, variation: Variation::default() }
     }
 
     /// Where the dock truly stands.
@@ -101,7 +104,10 @@ impl TrialSetup {
     /// See [`GraspWorld::new`].
     pub fn world(&self, error: &DockError) -> Result<(GraspWorld, ToolChange), GraspError> {
         let start = self.options.ready(&self.world_from_dock);
-        let mut world = GraspWorld::new(&self.carrier, &self.hand, &self.set, &start, &self.true_dock(error))?;
+        let v = &self.variation;
+        let (carrier, hand, set) = (v.carrier(&self.carrier), v.hand(&self.hand), v.set(&self.set));
+        let mut world = GraspWorld::new(&carrier, &hand, &set, &start, &self.true_dock(error))?;
+        world.set_noise(v.noise);
         let change = ToolChange::new(Order::Pick, &self.hand, &self.set, &self.world_from_dock, &start, &self.options);
         for _ in 0..SETTLE {
             world.step(&start, &super::HandCommand::open())?;
@@ -114,6 +120,8 @@ impl TrialSetup {
 const SETTLE: u32 = 200;
 /// Largest offset (m) and turn (rad) of a tool in the hand that is grasped well.
 const GOOD_GRASP: [f64; 2] = [1e-3, 0.0175];
+/// A tool farther than this from where it should be is no longer there, m.
+const LEFT: f64 = 0.02;
 /// Largest offset of a returned tool's nose from its seat that counts as seated, m.
 const GOOD_SEAT: f64 = 1e-3;
 
@@ -133,7 +141,7 @@ pub struct StagePose {
 pub enum FailureClass {
     /// The robot gave the pick up; the pen stands in its dock.
     PickGivenUp,
-    /// The robot gave the return up.
+    /// The robot gave the return up; the pen stands in its dock or is still in the hand.
     ReturnGivenUp,
     /// The tool fell.
     Dropped,
@@ -235,9 +243,10 @@ impl TrialSetup {
             seat_gap: None,
             steps: 0,
         };
+        // neither in its dock nor in the hand
         let fallen = |world: &GraspWorld| {
-            let tool = world.world_from_tool();
-            (seat.inverse() * tool).translation.vector.norm() > 0.02
+            let off = (seat.inverse() * world.world_from_tool()).translation.vector.norm();
+            off > LEFT && Vector3::from(self.stage_pose(Stage::FullGrasp, world).xyz).norm() > LEFT
         };
         if !pick.succeeded() {
             outcome.failure = Some(if fallen(&world) { FailureClass::Dropped } else { FailureClass::PickGivenUp });
@@ -262,7 +271,7 @@ impl TrialSetup {
         let gap = (world.world_from_tool() * nose - seat * nose).norm();
         outcome.seat_gap = Some(gap);
         if outcome.failure.is_none() {
-            outcome.failure = if fallen(&world) && gap > 0.02 {
+            outcome.failure = if fallen(&world) {
                 Some(FailureClass::Dropped)
             } else if !back.succeeded() {
                 Some(FailureClass::ReturnGivenUp)

@@ -6,7 +6,8 @@ use rapier3d_f64::prelude::{
 };
 
 use super::carrier::toward;
-use super::{Carrier, Hand, HandCommand, HandModel, HandState};
+use super::variation::NoiseSource;
+use super::{Carrier, Hand, HandCommand, HandModel, HandState, SensorNoise};
 use crate::control::{ImpedanceController, Reference};
 use crate::math::Pose;
 use crate::robot::{ArmModel, GRAVITY, JointVector};
@@ -67,6 +68,7 @@ pub struct GraspWorld {
     wish_qd: JointVector,
     wrench: Vector6<f64>,
     pull: Vector3<f64>,
+    noise: NoiseSource,
     steps: u64,
     set: ToolSet,
 }
@@ -91,10 +93,8 @@ impl GraspWorld {
         let friction = set.tool.friction_fingers;
         let hand = Hand::insert(w, last, &carrier.plant.last_from_tip, hand, friction).ok_or(GraspError::Refused)?;
 
-        let tool = RigidBodyBuilder::dynamic()
-            .pose(to_rapier(world_from_dock))
-            .linear_damping(0.0)
-            .angular_damping(0.0);
+        let tool =
+            RigidBodyBuilder::dynamic().pose(to_rapier(world_from_dock)).linear_damping(0.0).angular_damping(0.0);
         let tool = w.bodies.insert(tool);
         // at rest in its dock the tool costs more than the whole hand; what a finger touches is awake
         let rest = w.bodies[tool].activation_mut();
@@ -122,6 +122,7 @@ impl GraspWorld {
             wish_qd: JointVector::zeros(),
             wrench: Vector6::zeros(),
             pull: Vector3::zeros(),
+            noise: NoiseSource::new(SensorNoise::default()),
             steps: 0,
             set: set.clone(),
         })
@@ -145,7 +146,7 @@ impl GraspWorld {
         (self.wish, self.wish_qd) = (next, qd);
 
         let before = *self.plant.state(0);
-        let k = self.model.kinematics(&before.q);
+        let k = self.believed.kinematics(&before.q);
         let torque = self.controller.torque(&before, &k, &reference, DT).torque;
         self.hand.command(*command);
         let w = self.plant.world_mut();
@@ -170,17 +171,18 @@ impl GraspWorld {
             let felt = factor.solve(&(j * excess));
             self.wrench += (felt - self.wrench) * (DT / SMOOTHING);
         }
+        self.noise.draw();
         Ok(())
     }
 
     /// What the robot senses now.
     pub fn senses(&self) -> Senses {
         Senses {
-            world_from_grip: self.world_from_grip(),
-            hand: self.hand.state(self.plant.world()).unwrap_or_default(),
+            world_from_grip: *self.believed.kinematics(&self.plant.state(0).q).world_from_tip(),
+            hand: self.noise.read(self.hand.state(self.plant.world()).unwrap_or_default()),
             hand_arrived: self.hand.targets_reached(),
-            force: self.wrench.fixed_rows::<3>(0).into(),
-            torque: self.wrench.fixed_rows::<3>(3).into(),
+            force: self.wrench.fixed_rows::<3>(0) + self.noise.wrench[0],
+            torque: self.wrench.fixed_rows::<3>(3) + self.noise.wrench[1],
         }
     }
 
@@ -207,6 +209,11 @@ impl GraspWorld {
     /// Pulls at the pen tip with `force` (N, world) from the next step on.
     pub fn pull(&mut self, force: Vector3<f64>) {
         self.pull = force;
+    }
+
+    /// Makes the senses noisy from the next step on.
+    pub fn set_noise(&mut self, noise: SensorNoise) {
+        self.noise = NoiseSource::new(noise);
     }
 
     /// Takes the dock away, as when the hand has left it far behind.
