@@ -87,13 +87,26 @@ pub enum ChangeError {
         /// Upper bound, N.
         high: f64,
     },
+    /// The lowered pen can be moved sideways: it isn't in its dock.
+    #[error("{stage:?}: {force:.2} N when pushed sideways, expected the dock's wall to hold with {least:.2} N")]
+    NoWall {
+        /// The stage.
+        stage: Stage,
+        /// Force against the push, N.
+        force: f64,
+        /// Least force, N.
+        least: f64,
+    },
 }
 
 impl ChangeError {
     /// The stage that failed.
     pub fn stage(&self) -> Stage {
         match self {
-            Self::Collision { stage, .. } | Self::Fingers { stage, .. } | Self::Load { stage, .. } => *stage,
+            Self::Collision { stage, .. }
+            | Self::Fingers { stage, .. }
+            | Self::Load { stage, .. }
+            | Self::NoWall { stage, .. } => *stage,
         }
     }
 }
@@ -173,6 +186,14 @@ const HALF_TOLERANCE: f64 = 0.18;
 const WRAP_TOLERANCE: f64 = 0.12;
 /// Share of the speed at which a pen goes down to a dock that it may meet beside the mouth.
 const LOWERING: f64 = 0.5;
+/// How far a lowered pen is pushed sideways, m, to feel that it stands in its dock, and the least force there, N. Outside it at most
+/// one of two opposite pushes meets a wall; in the guide's clearance both press 4 mm against some 1800 N/m, less what the nose leaned
+/// already.
+const PUSH: f64 = 6e-3;
+const WALL: f64 = 2.0;
+/// A lowered pen that presses the hand up with more than this stands on something else than its dock, N: an error in height of 2 mm is
+/// felt with 4 N.
+const STANDING: f64 = 12.0;
 /// Time for which a pen that is being set down may be pressed with more than the limit, s: shocks are shorter.
 const PATIENCE: f64 = 0.1;
 
@@ -183,17 +204,25 @@ struct Step {
     hand: HandCommand,
     /// Whether the stage goes on in the next step: nothing is checked yet.
     goes_on: bool,
+    /// A direction, world, in which the dock's wall must be felt.
+    wall: Option<Vector3<f64>>,
 }
 
 impl Step {
     fn new(stage: Stage, to: Pose, hand: HandCommand) -> Self {
-        Self { stage, to, hand, goes_on: false }
+        Self { stage, to, hand, goes_on: false, wall: None }
     }
 
     /// Whether the hand gives way: the tool is between fingers and dock.
     fn yields(&self) -> bool {
         use Stage::{HalfGrasp, HalfRelease, Lift, Lower, Seat};
-        matches!(self.stage, HalfGrasp | Lift | Lower | HalfRelease | Seat)
+        self.wall.is_none() && matches!(self.stage, HalfGrasp | Lift | Lower | HalfRelease | Seat)
+    }
+
+    /// A push from here in a direction (world) in which a wall must be felt.
+    fn pushed(self, way: Vector3<f64>) -> Self {
+        let to = Translation3::from(way * PUSH) * self.to;
+        Self { to, goes_on: true, wall: Some(way), ..self }
     }
 
     /// The same, to go on in the next step.
@@ -207,16 +236,16 @@ impl Step {
 struct Rest {
     time: f64,
     samples: f64,
-    /// Sums of the force upwards, N, and of the finger joints, rad.
-    lift: f64,
+    /// Sums of the force, N, world, and of the finger joints, rad.
+    force: Vector3<f64>,
     fingers: [[f64; 3]; 3],
 }
 
 impl Rest {
-    fn add(&mut self, lift: f64, fingers: &[[f64; 3]; 3], dt: f64) {
+    fn add(&mut self, force: &Vector3<f64>, fingers: &[[f64; 3]; 3], dt: f64) {
         self.time += dt;
         self.samples += 1.0;
-        self.lift += lift;
+        self.force += force;
         for (sum, q) in self.fingers.iter_mut().flatten().zip(fingers.iter().flatten()) {
             *sum += q;
         }
@@ -343,10 +372,13 @@ impl ToolChange {
                 Step::new(Stage::FullGrasp, lifted, self.full()),
             ],
             Order::Return => {
-                let mut steps = vec![
-                    Step::new(Stage::Lower, self.grip_at(0.0, self.gap + o.drop), self.full()),
-                    Step::new(Stage::HalfRelease, self.grip_at(0.0, self.gap + o.drop), self.half()),
-                ];
+                let low = self.grip_at(0.0, self.gap + o.drop);
+                let lower = Step::new(Stage::Lower, low, self.full());
+                let [x, y] = [Vector3::x(), Vector3::y()].map(|v| self.world_from_dock.rotation * v);
+                // twice: what leans on the guide still gives way in the first rest
+                let mut steps = vec![lower.unchecked(); 2];
+                steps.extend([x, -x, y, -y].map(|way| lower.pushed(way)));
+                steps.extend([lower, Step::new(Stage::HalfRelease, low, self.half())]);
                 steps.extend(self.letting_go());
                 steps
             }
@@ -419,7 +451,7 @@ impl ToolChange {
         self.way = self.from.lerp_slerp(&step.to, minimum_jerk((self.time / duration).min(1.0)));
         self.goal = self.compliance.yielded(&self.way);
         if self.time >= duration && senses.hand_arrived {
-            self.rest.add(force.dot(&up), &senses.hand.q, dt);
+            self.rest.add(&force, &senses.hand.q, dt);
         }
         let [force_limit, torque_limit] = self.options.limits;
         let (force, torque) = (force.norm(), torque.norm());
@@ -432,14 +464,19 @@ impl ToolChange {
             self.queue.clear();
         } else if self.rest.time >= self.options.settle || (self.recovering && self.pressed > PATIENCE) {
             self.pressed = 0.0;
-            if step.goes_on {
-                self.queue.pop_front();
-                self.time = 0.0;
-                return (self.goal, self.hand);
-            }
-            match self.check(step.stage) {
-                Err(e) if !self.recovering => self.fail(e, senses),
-                _ => self.advance(step.stage),
+            let held = step.wall.map(|way| -self.rest.force.dot(&way) / self.rest.samples.max(1.0));
+            if let Some(force) = held.filter(|f| *f < WALL && !self.recovering) {
+                self.fail(ChangeError::NoWall { stage: step.stage, force, least: WALL }, senses);
+            } else {
+                let passed = if step.goes_on && step.stage != Stage::Lower { Ok(()) } else { self.check(step.stage) };
+                match passed {
+                    Err(e) if !self.recovering => self.fail(e, senses),
+                    _ if step.goes_on => {
+                        self.queue.pop_front();
+                        self.time = 0.0;
+                    }
+                    _ => self.advance(step.stage),
+                }
             }
         }
         (self.goal, self.hand)
@@ -465,6 +502,10 @@ impl ToolChange {
     /// Puts the pen down and backs off, or takes it up again when it has not found its dock. By how much the hand has given way since
     /// it met the tool, it stands off also when it tries again.
     fn fail(&mut self, error: ChangeError, senses: &Senses) {
+        // what slid off the dock's rim finds the mouth on the other side
+        if matches!(error, ChangeError::NoWall { .. }) {
+            self.compliance.mirror();
+        }
         self.failures.push(error);
         self.recovering = true;
         self.time = 0.0;
@@ -505,9 +546,10 @@ impl ToolChange {
             if (low..=high).contains(&load) { Ok(()) } else { Err(ChangeError::Load { stage, load, low, high }) }
         };
         // more than when the order was taken: in a pick the tool, hanging on the hand, in a return its absence
-        let felt = self.rest.lift / n;
+        let felt = self.rest.force.dot(&(self.world_from_dock.rotation * Vector3::z())) / n;
         match stage {
-            Stage::Lower | Stage::Seat => Ok(()),
+            Stage::Lower => loaded(-felt, -STANDING, f64::INFINITY),
+            Stage::Seat => Ok(()),
             Stage::HalfGrasp => within(0, self.half_angle - HALF_TOLERANCE, self.half_angle + HALF_TOLERANCE),
             Stage::Lift => loaded(-felt, 0.5 * self.weight, 1.5 * self.weight),
             Stage::FullGrasp => {

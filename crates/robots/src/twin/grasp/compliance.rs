@@ -10,7 +10,7 @@ const RATES: [f64; 2] = [0.002, 0.02];
 /// Force (N) and torque (N m) that are not followed: a hanging tool's own.
 const DEAD: [f64; 2] = [1.0, 0.3];
 /// Farthest that a hand yields, m and rad.
-const MOST: [f64; 2] = [0.015, 0.14];
+const MOST: [f64; 2] = [0.03, 0.14];
 /// Forces (N) between which a motion slows from its speed to a crawl.
 const SLOW: [f64; 2] = [8.0, 25.0];
 /// The crawl, as a share of the speed: what is stuck for good is pressed up to the wrist's limit, and so noticed.
@@ -71,6 +71,12 @@ impl Compliance {
     /// Forgets by how much it has given way.
     pub fn straighten(&mut self) {
         (self.shift, self.turn) = (Vector3::zeros(), Vector3::zeros());
+    }
+
+    /// Stands off to the other side by as much as it has given way.
+    pub fn mirror(&mut self) {
+        self.shift = -self.shift;
+        self.turn = Vector3::zeros();
     }
 
     /// Where the hand shall be instead of `pose`.

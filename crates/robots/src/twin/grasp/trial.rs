@@ -243,9 +243,10 @@ impl TrialSetup {
             seat_gap: None,
             steps: 0,
         };
+        let nose = nalgebra::Point3::new(self.set.tool.nose.axis, 0.0, self.set.tool.nose_end());
         // neither in its dock nor in the hand
         let fallen = |world: &GraspWorld| {
-            let off = (seat.inverse() * world.world_from_tool()).translation.vector.norm();
+            let off = (world.world_from_tool() * nose - seat * nose).norm();
             off > LEFT && Vector3::from(self.stage_pose(Stage::FullGrasp, world).xyz).norm() > LEFT
         };
         if !pick.succeeded() {
@@ -267,7 +268,6 @@ impl TrialSetup {
             ToolChange::new(Order::Return, &self.hand, &self.set, &self.world_from_dock, &grip, &self.options);
         drive(&mut world, &mut back, |_, _| ())?;
         outcome.reports.extend(back.failures().iter().map(ToString::to_string));
-        let nose = nalgebra::Point3::new(self.set.tool.nose.axis, 0.0, self.set.tool.nose_end());
         let gap = (world.world_from_tool() * nose - seat * nose).norm();
         outcome.seat_gap = Some(gap);
         if outcome.failure.is_none() {
