@@ -5,7 +5,10 @@ use std::sync::OnceLock;
 use calamus::math::Pose;
 use calamus::robot::{JointVector, UrdfOptions, urdf};
 use calamus::tool::ToolSet;
-use calamus::twin::grasp::{DockError, ErrorRanges, HandCommand, Stage, TrialOutcome, TrialSetup, tool_change_trial};
+use calamus::twin::grasp::{
+    ChangeError, ChangeOptions, DockError, ErrorRanges, FailureClass, HandCommand, Order, SensorNoise, Stage,
+    ToolChange, TrialOutcome, TrialSetup, Variation, tool_change_trial,
+};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -150,13 +153,47 @@ fn an_empty_dock_is_noticed_and_given_up() {
 }
 
 #[test]
-fn a_dock_far_from_where_it_is_believed_is_noticed() {
+fn a_dock_far_from_where_it_is_believed_is_noticed_and_no_pen_is_dropped() {
     let mut setup = TrialSetup::gantry(set());
     setup.options.attempts = 1;
-    // the body stands in the way of a finger
-    let error = DockError { xyz: [0.0, 0.03, 0.0], ..DockError::default() };
-    let outcome = setup.run(&error).unwrap();
-    assert!(!outcome.success() && !outcome.reports.is_empty(), "{outcome:?}");
+    // the body stands in the way of a finger; the plates stand below the fingers
+    for xyz in [[0.0, -0.03, 0.0], [0.0, 0.0, -0.03]] {
+        let outcome = setup.run(&DockError { xyz, ..DockError::default() }).unwrap();
+        assert_eq!(outcome.failure, Some(FailureClass::PickGivenUp), "{outcome:?}");
+        assert!(!outcome.reports.is_empty());
+    }
+}
+
+#[test]
+fn a_pen_whose_dock_is_gone_is_kept_in_the_hand() {
+    let setup = TrialSetup::gantry(set());
+    let mut picked = setup.pick(&DockError::default()).unwrap();
+    assert!(picked.change.succeeded());
+    picked.world.remove_dock();
+    let grip = picked.world.world_from_grip();
+    let options = ChangeOptions { attempts: 1, ..setup.options.clone() };
+    let mut back = ToolChange::new(Order::Return, &setup.hand, &setup.set, &setup.world_from_dock, &grip, &options);
+    while back.stage().is_some() {
+        let (grip, hand) = back.update(&picked.world.senses(), calamus::twin::grasp::DT);
+        picked.world.step(&grip, &hand).unwrap();
+    }
+    assert!(matches!(back.failures(), [ChangeError::NoWall { .. }]), "{:?}", back.failures());
+    let held = setup.grip_from_held() * setup.set.tool.pen_tip();
+    assert!((picked.world.pen_tip() - held).norm() < 1e-3);
+}
+
+#[test]
+fn a_robot_that_knows_its_hand_badly_and_senses_badly_still_picks_the_tool() {
+    let mut setup = TrialSetup::gantry(set());
+    setup.variation = Variation {
+        mass: 1.2,
+        hand_error: Pose::translation(1e-3, -1e-3, 1e-3),
+        noise: SensorNoise { force: 0.5, torque: 0.05, fingers: 2e-3, seed: 1 },
+        ..Variation::default()
+    };
+    let outcome = setup.run(&corners()[3]).unwrap();
+    assert!(outcome.success(), "{outcome:?}");
+    assert_eq!(outcome, setup.run(&corners()[3]).unwrap());
 }
 
 #[test]

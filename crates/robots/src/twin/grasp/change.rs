@@ -191,9 +191,9 @@ const LOWERING: f64 = 0.5;
 /// already.
 const PUSH: f64 = 6e-3;
 const WALL: f64 = 2.0;
-/// A lowered pen that presses the hand up with more than this stands on something else than its dock, N: an error in height of 2 mm is
-/// felt with 4 N.
-const STANDING: f64 = 12.0;
+/// A lowered pen that presses the hand up with more than this stands on something else than its dock, N: three times the usual
+/// errors are felt with 19 N, the rim of the dock with 36 N or more.
+const STANDING: f64 = 25.0;
 /// Time for which a pen that is being set down may be pressed with more than the limit, s: shocks are shorter.
 const PATIENCE: f64 = 0.1;
 
