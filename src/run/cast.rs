@@ -66,10 +66,12 @@ impl Cast {
         Ok(Self { cell, standing, scene, truth, unshaped, truth_metrics, belief, scan: None, drawing, pens })
     }
 
-    /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's and its other arms.
+    /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's and its other arms, then what
+    /// may lie beyond a scan.
     pub(super) fn obstacles(&self) -> Result<Vec<TriMesh>, RunError> {
         let mut obstacles: Vec<TriMesh> = self.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
         obstacles.extend(standing::solids(&self.cell, &self.standing)?);
+        obstacles.extend(self.scan.as_ref().and_then(Scan::skirt).cloned());
         Ok(obstacles)
     }
 }

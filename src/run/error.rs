@@ -80,6 +80,9 @@ pub enum RunError {
         /// Why not.
         source: MeshError,
     },
+    /// The border of a scan has no extent.
+    #[error("the border of the scanned canvas: {0}")]
+    Skirt(#[source] MeshError),
     /// The scan gives no canvas.
     #[error("{}: {source}", cloud.as_ref().map_or("scan".into(), |c| c.display().to_string()))]
     Scan {

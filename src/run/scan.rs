@@ -10,7 +10,7 @@ use crate::measure::BeliefMetrics;
 use crate::mesh::{self, PointCloud, TriMesh};
 use crate::report::OutputDir;
 use crate::scan::{
-    DepthCamera, MeshingOptions, ScanOptions, ScanReport, Viewpoint, Viewpoints, from_cloud, scan_canvas,
+    DepthCamera, MeshingOptions, ScanOptions, ScanReport, Viewpoint, Viewpoints, from_cloud, scan_canvas, skirt,
 };
 use crate::scenario::{ScanPose, ScanSettings};
 use crate::surface::{BelievedCanvas, TrueCanvas};
@@ -19,6 +19,8 @@ use crate::surface::{BelievedCanvas, TrueCanvas};
 pub(super) struct Scan {
     cloud: PointCloud,
     metrics: BeliefMetrics,
+    /// What the canvas is thought to be beyond the scan.
+    skirt: Option<TriMesh>,
 }
 
 impl Scan {
@@ -52,12 +54,21 @@ impl Scan {
             duration_s: Some(seconds),
             ..BeliefMetrics::of("scan", truth, &belief, size)
         };
-        Ok((belief, Self { cloud, metrics }))
+        let skirt = match settings.skirt_mm {
+            mm if mm > 0.0 => skirt(&belief.mesh, &belief.sheet, mm * 1e-3).map_err(RunError::Skirt)?,
+            _ => None,
+        };
+        Ok((belief, Self { cloud, metrics, skirt }))
     }
 
     /// Its figures.
     pub fn metrics(&self) -> BeliefMetrics {
         self.metrics.clone()
+    }
+
+    /// What the canvas is thought to be beyond the scan, m, world.
+    pub fn skirt(&self) -> Option<&TriMesh> {
+        self.skirt.as_ref()
     }
 
     /// Writes the cloud, and the surface that was made of it.

@@ -54,6 +54,8 @@ pub struct ScanSettings {
     pub register: bool,
     /// What is scanned round the sheet, on each side, mm.
     pub margin_mm: f64,
+    /// How far beyond what was scanned the canvas is thought to go on, mm: travels keep clear of it there too.
+    pub skirt_mm: f64,
     /// Points in a cube of this edge become one, mm; 0 keeps all.
     pub voxel_mm: f64,
     /// Points whose neighbours are farther than usual by more standard deviations than this are dropped; 0 keeps all.
@@ -113,6 +115,7 @@ impl Default for ScanSettings {
             calibration_deg: 0.05,
             register: true,
             margin_mm: 60.0,
+            skirt_mm: 200.0,
             voxel_mm: 2.0,
             outlier_deviations: 3.0,
             triangle_mm: 4.5,
@@ -170,6 +173,7 @@ pub(super) fn resolve_scan(
     check.within("scan.calibration_mm", scan.calibration_mm, 0.0, 1000.0)?;
     check.within("scan.calibration_deg", scan.calibration_deg, 0.0, 45.0)?;
     check.within("scan.margin_mm", scan.margin_mm, 0.0, 1e4)?;
+    check.within("scan.skirt_mm", scan.skirt_mm, 0.0, 1e4)?;
     check.within("scan.voxel_mm", scan.voxel_mm, 0.0, 1000.0)?;
     check.within("scan.outlier_deviations", scan.outlier_deviations, 0.0, 100.0)?;
     check.within("scan.triangle_mm", scan.triangle_mm, 0.05, 1000.0)?;

@@ -13,6 +13,12 @@
 //! service_deg = [-90, 0, 0, -90, 0, 45, 0]
 //! friction_rejection = 0.95
 //!
+//! # or, in the tool's place, a gripper with the docks that its pen tools stand in
+//! [arm.gripper]
+//! kind = "robotiq_3f"
+//! tool = "../tools/pen_tool.toml"
+//! docks = [{ xyz_mm = [600, 500, 432], rpy_deg = [0, 0, 0] }]
+//!
 //! [[furniture]]
 //! box_mm = [240, 240, 300]
 //! pose = { xyz_mm = [0, 0, 150] }
@@ -24,6 +30,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
+use super::gripper::{Gripper, GripperFile};
 use super::urdf::{UrdfArm, load_with_notes};
 use super::{ArmModel, JointKind, JointVector, RobotError, UrdfOptions, Visual, VisualShape};
 use crate::config::{self, ConfigError};
@@ -58,6 +65,8 @@ pub struct Arm {
     pub service: JointVector,
     /// Pose of the flange in the frame of the last link.
     pub last_from_flange: Pose,
+    /// Three fingers in a tool's place, when there are.
+    pub gripper: Option<Gripper>,
     /// What the URDF files said that is not used.
     pub notes: Vec<String>,
 }
@@ -83,6 +92,8 @@ struct ArmFile {
     #[serde(default)]
     pose: PoseFile,
     tool: Option<ToolFile>,
+    /// In a tool's place.
+    gripper: Option<GripperFile>,
     /// Degrees; mm for a sliding joint.
     home_deg: Vec<f64>,
     /// Degrees; mm for a sliding joint.
@@ -110,7 +121,7 @@ struct ToolFile {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PoseFile {
+pub(super) struct PoseFile {
     #[serde(default)]
     xyz_mm: [f64; 3],
     #[serde(default)]
@@ -127,13 +138,13 @@ struct FurnitureFile {
 }
 
 impl PoseFile {
-    fn pose(&self) -> Pose {
+    pub(super) fn pose(&self) -> Pose {
         let [x, y, z] = self.xyz_mm.map(|v| v * 1e-3);
         let [roll, pitch, yaw] = self.rpy_deg.map(f64::to_radians);
         Pose::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
     }
 
-    fn is_finite(&self) -> bool {
+    pub(super) fn is_finite(&self) -> bool {
         self.xyz_mm.iter().chain(&self.rpy_deg).all(|v| v.is_finite())
     }
 }
@@ -257,9 +268,16 @@ impl ArmFile {
             notes.extend(loaded.notes);
             mount(&mut model, &loaded.model);
         }
+        let gripper = match &self.gripper {
+            Some(_) if self.tool.is_some() => {
+                return Err(place.invalid("tool", "an arm has a `tool` or a `gripper`, not both"));
+            }
+            Some(gripper) => Some(gripper.read(folder).map_err(|(key, message)| place.invalid(key, message))?),
+            None => None,
+        };
         let home = posture(&self.home_deg, &model).map_err(|message| place.invalid("home_deg", message))?;
         let service = posture(&self.service_deg, &model).map_err(|message| place.invalid("service_deg", message))?;
-        Ok(Arm { model, home, service, last_from_flange, notes })
+        Ok(Arm { model, home, service, last_from_flange, gripper, notes })
     }
 }
 

@@ -1,5 +1,5 @@
 //! A convex solid between two rings of corners: what collides as a hull and is drawn as triangles.
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::math::Pose;
 use crate::mesh::{MeshError, TriMesh};
@@ -85,6 +85,19 @@ impl ConvexPart {
     pub fn volume(&self) -> f64 {
         let corner = |i: u32| self.points[i as usize].coords;
         self.triangles.iter().map(|t| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2]))) / 6.0).sum()
+    }
+
+    /// Volume (m^3), first moment (m^4) and second moment `integral of x x^T` (m^5) about the origin: sums over the tetrahedra
+    /// between it and each triangle, with `V / 20 (sum of v v^T over the corners + s s^T)`, `s` the corners' sum.
+    pub fn moments(&self) -> (f64, Vector3<f64>, Matrix3<f64>) {
+        let mut sum = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for t in &self.triangles {
+            let [a, b, c] = t.map(|i| self.points[i as usize].coords);
+            let (volume, s) = (a.dot(&b.cross(&c)) / 6.0, a + b + c);
+            let squares = [a, b, c, s].iter().map(|v| v * v.transpose()).sum::<Matrix3<f64>>();
+            sum = (sum.0 + volume, sum.1 + s * (volume / 4.0), sum.2 + squares * (volume / 20.0));
+        }
+        sum
     }
 
     /// How far the farthest corner stands out of the plane of a triangle, m: 0 of a convex solid, up to rounding.

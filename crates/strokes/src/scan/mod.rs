@@ -17,6 +17,7 @@ mod options;
 mod patch;
 mod reconstruct;
 mod register;
+mod skirt;
 
 use nalgebra::{Isometry3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -28,6 +29,7 @@ pub use camera::DepthCamera;
 pub use cloud::Cloud;
 pub use error::ScanError;
 pub use options::{MeshingOptions, ScanOptions, ScanReport, Viewpoint, Viewpoints};
+pub use skirt::skirt;
 
 use reconstruct::{Built, Wish, reconstruct};
 use register::{Prior, register};

@@ -171,6 +171,26 @@ impl HandModel {
         PROXIMAL_ANGLE + ((base - PAD - 0.5 * gap) / PROXIMAL_LENGTH).clamp(-0.9, 0.9).asin()
     }
 
+    /// Centre pose in the grip frame and half edges (m) of every box of the hand with its fingers at `joints` (rad): the palm, then
+    /// each finger's knuckle and phalanges.
+    pub fn boxes(&self, joints: &[[f64; 3]; 3]) -> Vec<(Pose, Vector3<f64>)> {
+        let mut boxes = vec![(self.palm.link_from_box, self.palm.half)];
+        for (finger, q) in self.fingers.iter().zip(joints) {
+            let mut at = finger.knuckle.parent_from_joint;
+            boxes.push((at * finger.knuckle.shape.link_from_box, finger.knuckle.shape.half));
+            for (phalanx, angle) in finger.phalanges.iter().zip(q) {
+                at = at * phalanx.parent_from_joint * Isometry3::from_parts(Translation3::identity(), about_z(*angle));
+                boxes.push((at * phalanx.shape.link_from_box, phalanx.shape.half));
+            }
+        }
+        boxes
+    }
+
+    /// Whether box `i` of [`boxes`](Self::boxes) is a phalanx: not the palm or a knuckle.
+    pub fn is_phalanx(&self, i: usize) -> bool {
+        i > 0 && (i - 1) % 4 != 0
+    }
+
     /// The whole hand as one body in the grip frame with its fingers at the given joint angles (rad): what an arm's controller
     /// knows of it.
     pub fn inertia(&self, joints: &[[f64; 3]; 3]) -> SpatialInertia {
