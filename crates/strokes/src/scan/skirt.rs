@@ -30,18 +30,13 @@ pub fn skirt(scanned: &TriMesh, sheet: &SheetFrame, width: f64) -> Result<Option
         sides.into_values().filter(|(count, _)| *count == 1).map(|(_, [a, b])| (a, b)).collect();
     let at = |i: u32| scanned.vertices()[i as usize];
     let border = longest_loop(open, |a, b| (at(b) - at(a)).norm());
-    let mut outwards: BTreeMap<u32, Vector3<f64>> = BTreeMap::new();
-    for [a, b] in &border {
-        // triangles lie to the left of their edges
-        let out = (at(*b) - at(*a)).cross(&up);
-        for i in [a, b] {
-            *outwards.entry(*i).or_insert_with(Vector3::zeros) += out;
-        }
-    }
+    let centre = sheet.world_from_sheet.translation.vector;
     let mut vertices: Vec<Point3<f64>> = Vec::new();
     let mut place: BTreeMap<u32, u32> = BTreeMap::new();
-    for (i, out) in outwards {
-        let Some(out) = out.try_normalize(1e-12) else { continue };
+    for i in border.iter().map(|[a, _]| *a) {
+        // away from the sheet's middle: across the border itself would lead over the scan where the border is frayed
+        let from_centre = at(i).coords - centre;
+        let Some(out) = (from_centre - up * up.dot(&from_centre)).try_normalize(1e-9) else { continue };
         let slope = rise(scanned.vertices(), &at(i), &out, &up).clamp(0.0, STEEPEST);
         place.insert(i, vertices.len() as u32);
         vertices.extend([at(i), at(i) + (out + up * slope) * width]);
