@@ -85,6 +85,10 @@ fn stages(args: &Args, job: &Job, partial: bool, until: Until) -> Result<Ending,
     for bound in &unmet {
         print::error(&bound.to_string());
     }
+    if let Some(why) = &outcome.stopped {
+        print::error(&format!("stopped: {why}"));
+        return Ok(Ending::Unmet);
+    }
     Ok(if unmet.is_empty() { Ending::Done } else { Ending::Unmet })
 }
 

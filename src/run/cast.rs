@@ -18,7 +18,7 @@ use crate::twin::LayerPen;
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
 pub(super) struct Cast {
-    /// The robot, of its arms the drawing one alone.
+    /// The robot, of its arms those alone that draw: one, or all with a gripper that fetch pens.
     pub cell: Cell,
     /// Its other arms: they stand still in their service poses.
     pub standing: Vec<Arm>,
@@ -51,9 +51,18 @@ impl Cast {
     /// The same with the nominal canvas in belief's place: for whoever needs the true side alone.
     pub(super) fn nominal(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
         let mut cell = Cell::load(&scenario.robot)?;
-        let drawing_arm = standing::arm_index(&cell, scenario.arm.as_deref())?;
-        let drawing_arm = cell.arms.remove(drawing_arm);
-        let standing = std::mem::replace(&mut cell.arms, vec![drawing_arm]);
+        let standing: Vec<Arm> = if scenario.tools.is_some() && scenario.arm.is_none() {
+            let (draw, stand) = cell.arms.drain(..).partition(|a| a.gripper.is_some());
+            cell.arms = draw;
+            stand
+        } else {
+            let drawing_arm = standing::arm_index(&cell, scenario.arm.as_deref())?;
+            let drawing_arm = cell.arms.remove(drawing_arm);
+            if drawing_arm.gripper.is_some() && scenario.tools.is_none() {
+                return Err(RunError::EmptyHand { arm: drawing_arm.model.name });
+            }
+            std::mem::replace(&mut cell.arms, vec![drawing_arm])
+        };
         let mut scene = Scene::read(&scenario.canvas.scene)?;
         // the drawing lies on the sheet as it is; the sheet is moved and turned
         let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);

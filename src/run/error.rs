@@ -18,6 +18,7 @@ use crate::scan::ScanError;
 use crate::scenario::ScenarioError;
 use crate::surface::{FlattenError, MapError, SceneError, TruthError};
 use crate::twin::TwinError;
+use crate::twin::grasp::GraspError;
 
 /// Why a run couldn't be done. Each says in one line what is wrong and what would be right.
 #[derive(Debug, thiserror::Error)]
@@ -66,6 +67,82 @@ pub enum RunError {
         arm: String,
         /// Why not.
         source: MeshError,
+    },
+    /// A tool doesn't go into the hand.
+    #[error(
+        "the pen tool is {width_mm:.1} mm wide, more than the open hand's {widest_mm:.1} mm less 6 mm of room; make it narrower"
+    )]
+    TooWide {
+        /// Width of the tool, mm.
+        width_mm: f64,
+        /// Room between the fingers, mm.
+        widest_mm: f64,
+    },
+    /// A tool or a dock makes no solid.
+    #[error("the pen tool: {0}")]
+    Tool(#[source] MeshError),
+    /// A hand can't stand before a dock.
+    #[error("dock {dock} of arm {arm} is out of its reach: no posture puts the open hand before it; move the dock")]
+    DockOutOfReach {
+        /// Name of the arm.
+        arm: String,
+        /// Index of the dock.
+        dock: usize,
+    },
+    /// Only a whole run has tool changes.
+    #[error("the times of tool changes are known only when they are simulated: use `calamus run` with `[tools]`")]
+    WithTools,
+    /// No arm that is to draw has a gripper.
+    #[error("`[tools]` needs arms with a gripper, and {robot} has none that draws; give it `[arm.gripper]`")]
+    NoGripper {
+        /// Name of the robot.
+        robot: String,
+    },
+    /// A robot whose arms have empty hands.
+    #[error("arm {arm} has a gripper and no pen: say `[tools]` to let it fetch one")]
+    EmptyHand {
+        /// Name of the arm.
+        arm: String,
+    },
+    /// More inks than docks.
+    #[error(
+        "{inks} inks, but the arms that draw have only {docks} docks; use fewer inks, or give the robot more docks"
+    )]
+    TooManyInks {
+        /// Inks that are drawn with.
+        inks: usize,
+        /// Docks of all arms.
+        docks: usize,
+    },
+    /// `tools.arms` names an arm that doesn't draw.
+    #[error("tools.arms gives ink {ink} to arm {arm}, which doesn't draw; arms that do: {arms}")]
+    ArmOfInk {
+        /// The ink.
+        ink: String,
+        /// The arm.
+        arm: String,
+        /// Names of those that draw.
+        arms: String,
+    },
+    /// The physics of a grasp broke.
+    #[error("a tool change of arm {arm}: {source}")]
+    Grasp {
+        /// Name of the arm.
+        arm: String,
+        /// Why.
+        source: GraspError,
+    },
+    /// Two arms would come too near to each other.
+    #[error(
+        "the arms would come within {distance_mm:.1} mm of each other, {time:.1} s into the run, nearer than tools.margin_mm = {margin_mm}"
+    )]
+    TooNear {
+        /// Least distance, mm.
+        distance_mm: f64,
+        /// When, s.
+        time: f64,
+        /// What is wished, mm.
+        margin_mm: f64,
     },
     /// There is no reachability to tell of.
     #[error(transparent)]

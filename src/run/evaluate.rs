@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::run::cast::{self, Cast};
 use crate::run::laying::{lay, mapping_onto, mapping_onto_truth, overlaid, own_layers};
 use crate::run::scan::Scan;
-use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured, touching};
+use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured, tools, touching};
 use crate::scenario::{
     Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch, TruthSettings,
 };
@@ -131,6 +131,19 @@ pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> 
         touched.measured(scenario, &cast, &mut metrics)?;
         let mapping = mapping_onto_truth(scenario, &cast)?;
         measured(scenario, &cast, &touched.record, mapping.as_ref(), &mut metrics)?;
+        return Ok(metrics);
+    }
+    if let Some(settings) = &scenario.tools {
+        let (drawing, pens, drawing_metrics) = draw(scenario, progress)?;
+        let cast = Cast::load(scenario, drawing, pens)?;
+        let belief = mapping_onto(scenario, &cast, &cast.belief)?.0;
+        let mapped = lay(scenario, &cast, &cast.belief, belief.as_ref(), scenario.plan.step_mm * 1e-3, map_drawing)?;
+        let mapping = mapping_onto_truth(scenario, &cast)?;
+        let done = tools::draw(scenario, settings, &cast, &mapped, mapping.as_ref(), progress)?;
+        metrics.drawing = Some(drawing_metrics);
+        metrics.plan = Some(PlanMetrics::of(&done.plan, &done.reach, done.planning));
+        metrics.tool = Some(done.tool);
+        measured(scenario, &cast, &done.record, mapping.as_ref(), &mut metrics)?;
         return Ok(metrics);
     }
     let believed = cache.believed(scenario, progress)?;

@@ -15,6 +15,7 @@ mod reach;
 mod reach_canvas;
 mod scan;
 mod standing;
+mod tools;
 mod touching;
 
 use std::path::PathBuf;
@@ -41,6 +42,7 @@ pub use reach::{ReachError, ReachRequest, Reached, reach};
 use artwork::Made;
 use cast::Cast;
 use laying::{lay, mapping_onto, mapping_onto_truth, overlaid, own_layers, write_laid};
+use pictures::Extra;
 use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
@@ -68,6 +70,8 @@ pub struct Outcome {
     pub metrics: Metrics,
     /// The files written, in the order written.
     pub files: Vec<PathBuf>,
+    /// Why the robot stopped before all was drawn; what it had drawn is there.
+    pub stopped: Option<String>,
 }
 
 /// The files written so far, and how the report speaks of them.
@@ -114,6 +118,9 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
+    if scenario.tools.is_some() && until == Until::Plan {
+        return Err(RunError::WithTools);
+    }
     if scenario.touch.is_some() && until < Until::End {
         return Err(RunError::WhileDrawing);
     }
@@ -128,7 +135,19 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         touched.write(out, &mut written)?;
         let mapping = mapping_onto_truth(scenario, &cast)?;
         let record = &touched.record;
-        return report(scenario, &cast, &drawn, record, mapping.as_ref(), &toml, metrics, written, out, progress);
+        return report(
+            scenario,
+            &cast,
+            &drawn,
+            record,
+            &Extra::default(),
+            mapping.as_ref(),
+            &toml,
+            metrics,
+            written,
+            out,
+            progress,
+        );
     }
     metrics.belief = cast.scan.as_ref().map(scan::Scan::metrics);
     let started = Instant::now();
@@ -153,6 +172,22 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
         return finish(metrics, written, out);
     }
 
+    if let Some(settings) = &scenario.tools {
+        let true_mapping = mapping_onto_truth(scenario, &cast)?;
+        let done = tools::draw(scenario, settings, &cast, &mapped, true_mapping.as_ref(), progress)?;
+        metrics.plan = Some(PlanMetrics::of(&done.plan, &done.reach, done.planning));
+        metrics.tool = Some(done.tool.clone());
+        drawn.write(&made, out, &mut written)?;
+        cast.scan.as_ref().map_or(Ok(()), |s| s.write(&cast.belief, out, &mut written))?;
+        write_laid(&laid, &field, &cast.drawing, out, &mut written)?;
+        written.other(out.write("scenario.toml", toml.as_bytes())?, "The scenario, resolved");
+        write_plan(&cast, &done.plan, out, &mut written)?;
+        done.write(scenario, &cast, out, &mut written, progress)?;
+        let (record, mapping) = (&done.record, true_mapping.as_ref());
+        let outcome =
+            report(scenario, &cast, &drawn, record, &done.extra, mapping, &toml, metrics, written, out, progress)?;
+        return Ok(Outcome { stopped: done.stopped, ..outcome });
+    }
     let started = Instant::now();
     let planned = make_plan(scenario, &cast, &mapped, progress)?;
     drawn.write(&made, out, &mut written)?;
@@ -169,7 +204,19 @@ pub fn run(scenario: &Scenario, until: Until, out: &OutputDir, progress: &dyn Pr
 
     let true_mapping = mapping_onto_truth(scenario, &cast)?;
     let record = make_record(scenario, &cast, &plan, true_mapping.as_ref(), progress)?;
-    report(scenario, &cast, &drawn, &record, true_mapping.as_ref(), &toml, metrics, written, out, progress)
+    report(
+        scenario,
+        &cast,
+        &drawn,
+        &record,
+        &Extra::default(),
+        true_mapping.as_ref(),
+        &toml,
+        metrics,
+        written,
+        out,
+        progress,
+    )
 }
 
 /// Writes the segments and the joint paths of a plan.
@@ -191,6 +238,7 @@ fn report(
     cast: &Cast,
     drawn: &Drawn,
     record: &Record,
+    extra: &Extra,
     mapping: &dyn Mapping,
     toml: &str,
     mut metrics: Metrics,
@@ -204,7 +252,7 @@ fn report(
     let [width, height] = pictures::page(&cast.drawing);
     let svg = drawing_svg(&record.ink, width, height);
     written.other(out.write("drawing.svg", svg.as_bytes())?, "What was drawn, in mm, a layer an ink, width as drawn");
-    let pictures = pictures::pictures(&scenario.render, cast, record, out, &mut written, progress)?;
+    let pictures = pictures::pictures(&scenario.render, cast, extra, record, out, &mut written, progress)?;
     metrics.render = Some(pictures);
 
     progress.stage("report", None);
@@ -280,7 +328,7 @@ impl Drawn {
 fn finish(metrics: Metrics, mut written: Written, out: &OutputDir) -> Result<Outcome, RunError> {
     let json = metrics_json(&metrics)?;
     written.other(out.write("metrics.json", json.as_bytes())?, "Figures");
-    Ok(Outcome { metrics, files: written.files })
+    Ok(Outcome { metrics, files: written.files, stopped: None })
 }
 
 fn make_plan(

@@ -9,16 +9,26 @@ use crate::measure::RenderMetrics;
 use crate::picture::Image;
 use crate::render::{ArmVisuals, Framing, Item, Material, RenderError, RenderScene, Renderer, Ribbons, View};
 use crate::report::OutputDir;
-use crate::robot::JointVector;
+use crate::robot::{ArmModel, JointVector};
 use crate::run::cast::Cast;
 use crate::run::{Progress, RunError, Written};
 use crate::scenario::{Camera, RenderSettings};
 use crate::twin::Record;
 
+/// What a scene has besides what is cast.
+#[derive(Default)]
+pub(super) struct Extra {
+    /// The drawing arms as they end, where they aren't as cast.
+    pub models: Vec<ArmModel>,
+    /// More to see.
+    pub items: Vec<Item>,
+}
+
 /// Writes `drawing.png` and `view-NAME.png`s; without an adapter the views are absent and the figures say why.
 pub(super) fn pictures(
     settings: &RenderSettings,
     cast: &Cast,
+    extra: &Extra,
     record: &Record,
     out: &OutputDir,
     written: &mut Written,
@@ -40,7 +50,7 @@ pub(super) fn pictures(
         match Renderer::new() {
             Ok(renderer) => {
                 metrics.adapter = Some(renderer.adapter().to_string());
-                let (scene, framing) = stage(cast, record);
+                let (scene, framing) = stage(cast, extra, record);
                 let scene = renderer.prepare(&scene)?;
                 for (i, name) in names.iter().enumerate() {
                     let view = match settings.cameras.iter().find(|c| c.name == *name) {
@@ -84,19 +94,50 @@ fn own_view(camera: &Camera, [width_px, height_px]: [u32; 2]) -> View {
     }
 }
 
+/// Pictures of instants: each with its name, its caption, what is to be seen besides canvas and furniture, and from where.
+pub(super) fn stages<'a>(
+    cast: &Cast,
+    views: impl Iterator<Item = (&'a str, &'a str, &'a Vec<Item>, &'a View)>,
+    out: &OutputDir,
+    written: &mut Written,
+) -> Result<(), RunError> {
+    let renderer = match Renderer::new() {
+        Ok(renderer) => renderer,
+        // the views of the scene say that there is no adapter
+        Err(RenderError::NoAdapter) => return Ok(()),
+        Err(other) => return Err(other.into()),
+    };
+    for (name, caption, items, view) in views {
+        let mut scene = RenderScene { items: items.clone(), floor: Some(0.0), ..RenderScene::default() };
+        scene.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
+        scene.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(cast.scene.color)));
+        for f in &cast.scene.furniture {
+            scene.items.push(Item::from_mesh(&f.mesh, Material::furniture(f.color)));
+        }
+        let back = view.eye - view.target;
+        scene.facing = Vector3::new(back.x, back.y, 0.0);
+        let pixels = renderer.render_prepared(&renderer.prepare(&scene)?, view)?;
+        let png = Image::new(pixels.width, pixels.height, pixels.rgb)?.to_png(None)?;
+        written.picture(out.write(&format!("{name}.png"), &png)?, caption);
+    }
+    Ok(())
+}
+
 /// The scene at the end of the run, and what cameras have to frame.
-fn stage(cast: &Cast, record: &Record) -> (RenderScene, Framing) {
+fn stage(cast: &Cast, extra: &Extra, record: &Record) -> (RenderScene, Framing) {
     let scene = &cast.scene;
     let mut scenery = RenderScene::default();
     let mut landmarks = Vec::new();
-    for (arm, done) in cast.cell.arms.iter().zip(&record.arms) {
+    for (i, (arm, done)) in cast.cell.arms.iter().zip(&record.arms).enumerate() {
+        let model = extra.models.get(i).unwrap_or(&arm.model);
         let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
-        scenery.items.extend(ArmVisuals::new(&arm.model).items(arm.model.kinematics(&q).world_from_links()));
+        scenery.items.extend(ArmVisuals::new(model).items(model.kinematics(&q).world_from_links()));
         // shoulder and elbow are what a close view has to show of the robot
         let k = arm.model.kinematics(&q);
         let middle = 1 + arm.model.dof() / 2;
         landmarks.extend(k.world_from_links()[1..=middle].iter().map(|p| Point3::from(p.translation.vector)));
     }
+    scenery.items.extend(extra.items.iter().cloned());
     for arm in &cast.standing {
         let k = arm.model.kinematics(&arm.service);
         scenery.items.extend(ArmVisuals::new(&arm.model).items(k.world_from_links()));

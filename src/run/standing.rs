@@ -2,8 +2,8 @@
 use nalgebra::{Translation3, Vector3};
 
 use crate::math::{Pose, frame_from_axes};
-use crate::mesh::{MeshError, TriMesh, shapes};
-use crate::robot::{Arm, Capsule, Cell, JointVector, VisualShape};
+use crate::mesh::{TriMesh, shapes};
+use crate::robot::{Arm, ArmModel, Capsule, Cell, JointVector, VisualShape};
 use crate::run::RunError;
 
 /// Edge of the triangles of a standing arm's capsules, m.
@@ -37,29 +37,29 @@ pub(super) fn solids<'a>(cell: &Cell, standing: impl IntoIterator<Item = &'a Arm
         solids.push(mesh.transformed(&thing.link_from_visual));
     }
     for arm in standing {
-        let unfit = |source| RunError::StandingArm { arm: arm.model.name.clone(), source };
-        solids.extend(parked(arm).map_err(unfit)?);
+        solids.extend(at_rest(&arm.model, &arm.service)?);
     }
     Ok(solids)
 }
 
 /// The capsules of `arm` at joints `q`, world.
-fn capsules(arm: &Arm, q: &JointVector) -> Vec<Capsule> {
-    let k = arm.model.kinematics(q);
-    let links = arm.model.links.iter().zip(k.world_from_links());
+fn capsules(arm: &ArmModel, q: &JointVector) -> Vec<Capsule> {
+    let k = arm.kinematics(q);
+    let links = arm.links.iter().zip(k.world_from_links());
     links.flat_map(|(link, world_from_link)| link.capsules.iter().map(|c| c.transformed(world_from_link))).collect()
 }
 
-/// `arm` in its service pose as solids, world.
-fn parked(arm: &Arm) -> Result<Vec<TriMesh>, MeshError> {
+/// `arm` at joints `q` as solids, world.
+pub(super) fn at_rest(arm: &ArmModel, q: &JointVector) -> Result<Vec<TriMesh>, RunError> {
+    let unfit = |source| RunError::StandingArm { arm: arm.name.clone(), source };
     let solid = |c: Capsule| {
         let along = c.b - c.a;
         let axis = along.try_normalize(1e-9).unwrap_or_else(Vector3::z);
         let middle = Translation3::from(c.a.coords + 0.5 * along);
         let pose = Pose::from_parts(middle, frame_from_axes(&axis, &Vector3::x()));
-        Ok(shapes::capsule(c.radius, along.norm(), TRIANGLE.min(c.radius))?.transformed(&pose))
+        Ok(shapes::capsule(c.radius, along.norm(), TRIANGLE.min(c.radius)).map_err(unfit)?.transformed(&pose))
     };
-    capsules(arm, &arm.service).into_iter().map(solid).collect()
+    capsules(arm, q).into_iter().map(solid).collect()
 }
 
 #[cfg(test)]
@@ -90,7 +90,7 @@ mod tests {
         }
         assert!((tips[0].translation.y + tips[1].translation.y).abs() < 1e-3, "they are mirror images");
         // at home the two don't meet either
-        let [left, right] = [0, 1].map(|i| capsules(&cell.arms[i], &cell.arms[i].home));
+        let [left, right] = [0, 1].map(|i| capsules(&cell.arms[i].model, &cell.arms[i].home));
         for (a, b) in left.iter().flat_map(|a| right.iter().map(move |b| (a, b))) {
             assert!(a.distance(b) > 0.1);
         }

@@ -13,6 +13,7 @@ use super::picture::{
 };
 use super::scan::ScanSettings;
 use super::settings::{BeliefKind, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings};
+use super::tools::ToolSettings;
 use super::touch::TouchSettings;
 use super::truth::TruthSettings;
 
@@ -34,7 +35,7 @@ pub struct ScenarioFile {
     #[serde(default = "ScenarioFile::default_robot")]
     pub robot: String,
     /// Which arm draws, by its name in the robot's file, of a robot of several. The others stand still in their
-    /// service poses.
+    /// service poses. Of arms with grippers all draw when it is absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arm: Option<String>,
     /// What is drawn.
@@ -52,6 +53,9 @@ pub struct ScenarioFile {
     /// How the canvas is learned by touch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub touch: Option<TouchSettings>,
+    /// How arms with grippers fetch their pens.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tools: Option<ToolSettings>,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

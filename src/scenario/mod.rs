@@ -13,6 +13,7 @@ mod picture;
 mod resolve;
 mod scan;
 mod settings;
+mod tools;
 mod touch;
 mod truth;
 
@@ -28,6 +29,7 @@ pub use picture::{
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use scan::{ScanCamera, ScanPose, ScanSettings};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};
+pub use tools::{Hold, ToolSettings};
 pub use touch::TouchSettings;
 pub use truth::TruthSettings;
 

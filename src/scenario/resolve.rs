@@ -15,6 +15,7 @@ use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
+use super::tools::{ToolSettings, check_tools};
 use super::touch::{TouchSettings, check_touch};
 use super::truth::{TruthSettings, check_truth};
 
@@ -94,6 +95,8 @@ pub struct Scenario {
     pub scan: Option<ScanSettings>,
     /// How the canvas is learned by touch; there when that is the belief.
     pub touch: Option<TouchSettings>,
+    /// How arms with grippers fetch their pens.
+    pub tools: Option<ToolSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -227,6 +230,15 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     };
     check_plan(&typed.plan, check)?;
     let touch = resolve_touch(belief, mapping, overlay.is_some(), typed.touch, typed.plan.hover_mm, check)?;
+    if let Some(tools) = &typed.tools {
+        check_tools(tools, check)?;
+        if belief == BeliefKind::Touch {
+            return Err(check.sentence(
+                "tools",
+                "`[tools]` doesn't go with `belief = \"touch\"`: an arm that touches holds one pen",
+            ));
+        }
+    }
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
     check_render(&typed.render, check)?;
@@ -249,6 +261,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         truth: typed.truth,
         scan,
         touch,
+        tools: typed.tools,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -421,6 +434,7 @@ impl From<Scenario> for ScenarioFile {
             },
             scan: s.scan,
             touch: s.touch,
+            tools: s.tools,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

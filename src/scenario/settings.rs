@@ -153,6 +153,8 @@ pub struct RenderSettings {
     pub views: Vec<String>,
     /// Width and height of the views, pixels.
     pub view_px: [u32; 2],
+    /// Render the first tool changes too, a picture a stage, to `stage-....png`.
+    pub tool_stages: bool,
     /// Cameras of one's own; each is rendered.
     #[serde(rename = "camera", skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<Camera>,
@@ -164,6 +166,7 @@ impl Default for RenderSettings {
             drawing_px: 4096,
             views: vec!["hero".into(), "front".into()],
             view_px: [1600, 1200],
+            tool_stages: false,
             cameras: Vec::new(),
         }
     }

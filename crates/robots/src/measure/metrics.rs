@@ -4,6 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::ToolMetrics;
+
 /// Everything measured in one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -346,24 +348,6 @@ pub struct ShapeMetrics {
     pub side_error_max: Option<f64>,
 }
 
-/// Tool changes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default)]
-pub struct ToolMetrics {
-    /// Attempts.
-    pub attempts: u64,
-    /// Successes.
-    pub successes: u64,
-    /// Pens dropped.
-    pub dropped: u64,
-    /// 95th percentile of the pen's position error in the hand, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pose_error_mm_p95: Option<f64>,
-    /// 95th percentile of the pen's angle error in the hand, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pose_error_deg_p95: Option<f64>,
-}
-
 /// Picture against artwork, both blurred by three widths of the pen's line. The artwork is the picture that the strokes
 /// were made from, or else the lines as wished.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -549,11 +533,56 @@ impl MetricPath {
         ),
         metric("shape.side_error_p95", "", "the same; 95 % of the sides are better"),
         metric("shape.side_error_max", "", "the same; the worst side"),
-        metric("tool.attempts", "", "pen changes tried by the robot"),
+        metric("tool.changes", "", "pens fetched or brought back by the robot"),
+        metric("tool.attempts", "", "attempts at that"),
         metric("tool.successes", "", "pen changes that worked"),
+        metric("tool.failed", "", "pen changes that didn't, of whatever kind"),
         metric("tool.dropped", "", "pens dropped"),
-        metric("tool.pose_error_mm_p95", "mm", "how far a fetched pen sits from its place; 95 % are better"),
+        metric("tool.pick_given_up", "", "fetches given up, the pen left in its dock"),
+        metric("tool.return_given_up", "", "returns given up"),
+        metric("tool.bad_pose", "", "pens more than 1 mm or 1 degree off in the hand, unnoticed"),
+        metric("tool.not_seated", "", "pens more than 1 mm off their seat, unnoticed"),
+        metric("tool.pose_error_mm_p95", "mm", "how far a fetched pen's tip is off; 95 % are better"),
+        metric("tool.pose_error_mm_max", "mm", "the largest of it"),
         metric("tool.pose_error_deg_p95", "deg", "how far a fetched pen leans; 95 % are better"),
+        metric(
+            "tool.tip.x_mm",
+            "mm",
+            "the first fetched pen's tip in the hand, against a perfect grasp, out of the palm",
+        ),
+        metric("tool.tip.y_mm", "mm", "the same across"),
+        metric("tool.tip.z_mm", "mm", "the same up"),
+        metric("tool.steps", "", "physics steps of all pen changes"),
+        metric("tool.stages.approach.x_mm", "mm", "x of the tool in the hand after the approach"),
+        metric("tool.stages.approach.y_mm", "mm", "y of the tool in the hand after the approach"),
+        metric("tool.stages.approach.z_mm", "mm", "z of the tool in the hand after the approach"),
+        metric("tool.stages.approach.roll_deg", "deg", "roll of the tool in the hand after the approach"),
+        metric("tool.stages.approach.pitch_deg", "deg", "pitch of the tool in the hand after the approach"),
+        metric("tool.stages.approach.yaw_deg", "deg", "yaw of the tool in the hand after the approach"),
+        metric("tool.stages.half_grasp.x_mm", "mm", "x of the tool in the hand after the half-grasp"),
+        metric("tool.stages.half_grasp.y_mm", "mm", "y of the tool in the hand after the half-grasp"),
+        metric("tool.stages.half_grasp.z_mm", "mm", "z of the tool in the hand after the half-grasp"),
+        metric("tool.stages.half_grasp.roll_deg", "deg", "roll of the tool in the hand after the half-grasp"),
+        metric("tool.stages.half_grasp.pitch_deg", "deg", "pitch of the tool in the hand after the half-grasp"),
+        metric("tool.stages.half_grasp.yaw_deg", "deg", "yaw of the tool in the hand after the half-grasp"),
+        metric("tool.stages.lift.x_mm", "mm", "x of the tool in the hand after the lift"),
+        metric("tool.stages.lift.y_mm", "mm", "y of the tool in the hand after the lift"),
+        metric("tool.stages.lift.z_mm", "mm", "z of the tool in the hand after the lift"),
+        metric("tool.stages.lift.roll_deg", "deg", "roll of the tool in the hand after the lift"),
+        metric("tool.stages.lift.pitch_deg", "deg", "pitch of the tool in the hand after the lift"),
+        metric("tool.stages.lift.yaw_deg", "deg", "yaw of the tool in the hand after the lift"),
+        metric("tool.stages.full_grasp.x_mm", "mm", "x of the tool in the hand after the full grasp"),
+        metric("tool.stages.full_grasp.y_mm", "mm", "y of the tool in the hand after the full grasp"),
+        metric("tool.stages.full_grasp.z_mm", "mm", "z of the tool in the hand after the full grasp"),
+        metric("tool.stages.full_grasp.roll_deg", "deg", "roll of the tool in the hand after the full grasp"),
+        metric("tool.stages.full_grasp.pitch_deg", "deg", "pitch of the tool in the hand after the full grasp"),
+        metric("tool.stages.full_grasp.yaw_deg", "deg", "yaw of the tool in the hand after the full grasp"),
+        metric("tool.schedule.duration_s", "s", "the whole run"),
+        metric("tool.schedule.waiting_s", "s", "how long arms waited for the canvas"),
+        metric("tool.schedule.one_arm_s", "s", "what one arm would take for the same work"),
+        metric("tool.schedule.saved_fraction", "", "share of that time saved"),
+        metric("tool.schedule.distance_planned_mm", "mm", "the arms are never nearer in the plan"),
+        metric("tool.schedule.distance_mm", "mm", "the arms never were nearer"),
         metric("image.ssim", "", "likeness of picture and artwork; 1 is equal"),
         metric("image.psnr_db", "dB", "peak signal-to-noise ratio of picture against artwork"),
         metric("image.preview_ssim", "", "likeness of preview and artwork; 1 is equal"),

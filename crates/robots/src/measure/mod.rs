@@ -8,6 +8,7 @@ mod line;
 mod metrics;
 mod segments;
 mod shape;
+mod tools;
 mod width;
 
 pub use heights::StrokeHeights;
@@ -15,7 +16,8 @@ pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
     BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,
-    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, ToolMetrics, TruthMetrics,
+    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,
 };
 pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
+pub use tools::{ScheduleMetrics, ToolMetrics, ToolPose};
 pub use width::width_error;

@@ -16,6 +16,10 @@ pub enum SegmentKind {
     Lift,
     /// Stands at the service pose while a person changes the pen for the segment's ink.
     ChangePen,
+    /// Takes a pen tool from its dock, or puts it back.
+    ChangeTool,
+    /// Stands clear until the canvas is free.
+    Wait,
 }
 
 /// One piece of motion.

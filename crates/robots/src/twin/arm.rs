@@ -186,12 +186,8 @@ impl ArmRun {
         let mut event = |kind| events.push(Event { time, arm: self.index, stroke, kind });
         event(EventKind::Segment { kind: segment.kind });
         if segment.kind == SegmentKind::ChangePen && segment.layer != self.layer {
-            let next = &world.pens[segment.layer];
-            event(EventKind::PenChanged { ink: next.ink.clone() });
-            let fresh = || InkRecorder::new(next.pen.clone(), segment.layer as u32, self.index as u32);
-            let taken = self.shelf.remove(&segment.layer).unwrap_or_else(fresh);
-            self.shelf.insert(self.layer, std::mem::replace(&mut self.recorder, taken));
-            self.layer = segment.layer;
+            event(EventKind::PenChanged { ink: world.pens[segment.layer].ink.clone() });
+            self.take_pen(segment.layer, world.pens);
         }
         if let (SegmentKind::Draw, Some(stroke)) = (segment.kind, stroke) {
             self.stroke = Some(StrokeRecord {
@@ -206,6 +202,46 @@ impl ArmRun {
                 force_error: Running::default(),
                 saturated_steps: 0,
                 lateral_error: Running::default(),
+            });
+        }
+    }
+
+    /// Takes up the pen of a layer, with the ink that is left in it, and puts the one before down.
+    fn take_pen(&mut self, layer: usize, pens: &[LayerPen]) {
+        if layer == self.layer {
+            return;
+        }
+        let fresh = || InkRecorder::new(pens[layer].pen.clone(), layer as u32, self.index as u32);
+        let taken = self.shelf.remove(&layer).unwrap_or_else(fresh);
+        self.shelf.insert(self.layer, std::mem::replace(&mut self.recorder, taken));
+        self.layer = layer;
+    }
+
+    /// Goes on as `arm`, at rest at its start, with the pen of `layer`.
+    pub(crate) fn go_on_as(&mut self, arm: TwinArm, layer: usize, pens: &[LayerPen]) {
+        self.take_pen(layer, pens);
+        self.wish = Reference::rest(arm.start);
+        self.arm = arm;
+        self.nib = Nib::default();
+        self.pending.clear();
+        self.last_q = None;
+        self.had_contact = false;
+    }
+
+    /// Records joints that something else moved from `time` on, `period` s apart.
+    pub(crate) fn note_motion(&mut self, kind: SegmentKind, time: f64, period: f64, joints: &[JointVector]) {
+        let n = self.arm.model.dof();
+        for (i, q) in joints.iter().enumerate() {
+            let tip = Point3::from(self.arm.model.kinematics(q).world_from_tip().translation.vector);
+            self.record.samples.push(ArmSample {
+                time: time + i as f64 * period,
+                segment: kind,
+                q: q.as_slice()[..n].to_vec(),
+                torque: vec![0.0; n],
+                tip,
+                tip_desired: tip,
+                force: Vector3::zeros(),
+                normal_force: 0.0,
             });
         }
     }
@@ -329,7 +365,7 @@ impl ArmRun {
         let had_contact = std::mem::replace(&mut self.had_contact, contact.is_some());
         let normal_force = contact.map_or(0.0, |c| c.normal_force);
         r.max_force = r.max_force.max(normal_force);
-        if contact.is_some() && matches!(kind, SegmentKind::Travel | SegmentKind::ChangePen) {
+        if contact.is_some() && matches!(kind, SegmentKind::Travel | SegmentKind::ChangePen | SegmentKind::Wait) {
             r.pen_up_contact_steps += 1;
         }
         if let Some(s) = &mut self.stroke {

@@ -3,6 +3,7 @@
 mod arm;
 mod contact;
 pub mod grasp;
+mod joined;
 mod options;
 mod plant;
 mod rapier_plant;

@@ -113,7 +113,7 @@ pub struct ArmRecord {
 }
 
 /// The record of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// One entry an arm.
     pub arms: Vec<ArmRecord>,

@@ -4,12 +4,12 @@ use std::time::Instant;
 use crate::control::{MeasuredState, Reference};
 use crate::ink::{InkRecorder, InkTrace, TraceInk};
 use crate::math::{Digest, Rgb, stream};
-use crate::plan::Plan;
+use crate::plan::{Plan, SegmentKind};
 use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::twin::arm::{ArmRun, LayerPen, Surroundings, TwinArm};
 use crate::twin::sense::TipSensor;
 use crate::twin::{
-    ArticulatedPlant, Event, Feeling, Felt, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions,
+    ArticulatedPlant, Event, EventKind, Feeling, Felt, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions,
 };
 
 /// Why a simulation ended early.
@@ -97,10 +97,7 @@ impl<'a> Simulation<'a> {
         let dt = options.dt;
         let models: Vec<ArmModel> = arms.iter().map(|a| a.model.clone()).collect();
         let q0: Vec<JointVector> = arms.iter().map(|a| a.start).collect();
-        let plant: Box<dyn Plant> = match options.plant {
-            PlantKind::Rapier => Box::new(RapierPlant::new(&models, &q0, dt).ok_or(TwinError::Refused)?),
-            PlantKind::Articulated => Box::new(ArticulatedPlant::new(models.clone(), &q0, dt)),
-        };
+        let plant = plant(&models, &q0, options)?;
         let kinematics = models.iter().zip(&q0).map(|(m, q)| m.kinematics(q)).collect();
         let runs: Vec<ArmRun> = arms
             .into_iter()
@@ -135,6 +132,30 @@ impl<'a> Simulation<'a> {
     /// Time, s.
     pub fn time(&self) -> f64 {
         self.step as f64 * self.options.dt
+    }
+
+    /// Goes on with `twin` as arm `arm`, at rest at its start, with the pen of `layer`: the same arm with something else in its
+    /// hand. The other arms stand still where they are.
+    ///
+    /// # Errors
+    /// rapier refuses the chain.
+    pub fn go_on_as(&mut self, arm: usize, twin: TwinArm, layer: usize) -> Result<(), TwinError> {
+        let mut q: Vec<JointVector> = (0..self.runs.len()).map(|a| self.plant.state(a).q).collect();
+        q[arm] = twin.start;
+        self.models[arm] = twin.model.clone();
+        self.plant = plant(&self.models, &q, &self.options)?;
+        self.kinematics[arm] = twin.model.kinematics(&twin.start);
+        self.runs[arm].go_on_as(twin, layer, self.world.pens);
+        Ok(())
+    }
+
+    /// Lets time pass in which arm `arm` is moved by something else, which is recorded: through `joints` (rad), `period` s apart.
+    /// The others stand still.
+    pub fn pass(&mut self, arm: usize, kind: SegmentKind, duration: f64, period: f64, joints: &[JointVector]) {
+        let time = self.time();
+        self.events.push(Event { time, arm, stroke: None, kind: EventKind::Segment { kind } });
+        self.runs[arm].note_motion(kind, time, period, joints);
+        self.step += (duration / self.options.dt).round() as u64;
     }
 
     /// Executes a plan from here on; its own time starts at 0. Arms should be where it starts. With a `guard` it ends at the
@@ -236,6 +257,13 @@ pub fn simulate(
     let mut simulation = Simulation::new(arms, &layers, world, options)?;
     simulation.execute(plan, None, progress)?;
     Ok(simulation.finish(colors))
+}
+
+fn plant(models: &[ArmModel], q0: &[JointVector], options: &TwinOptions) -> Result<Box<dyn Plant>, TwinError> {
+    Ok(match options.plant {
+        PlantKind::Rapier => Box::new(RapierPlant::new(models, q0, options.dt).ok_or(TwinError::Refused)?),
+        PlantKind::Articulated => Box::new(ArticulatedPlant::new(models.to_vec(), q0, options.dt)),
+    })
 }
 
 fn start(index: usize, arm: TwinArm, layer: usize, pens: &[LayerPen], options: &TwinOptions) -> ArmRun {

@@ -171,6 +171,12 @@ impl HandModel {
         PROXIMAL_ANGLE + ((base - PAD - 0.5 * gap) / PROXIMAL_LENGTH).clamp(-0.9, 0.9).asin()
     }
 
+    /// Between the pads of the open hand, m: a wider tool doesn't go in.
+    pub fn widest(&self) -> f64 {
+        let base = self.fingers[0].knuckle.parent_from_joint.translation.vector.y;
+        2.0 * (base - PAD - PROXIMAL_LENGTH * (super::OPEN - PROXIMAL_ANGLE).sin())
+    }
+
     /// Centre pose in the grip frame and half edges (m) of every box of the hand with its fingers at `joints` (rad): the palm, then
     /// each finger's knuckle and phalanges.
     pub fn boxes(&self, joints: &[[f64; 3]; 3]) -> Vec<(Pose, Vector3<f64>)> {

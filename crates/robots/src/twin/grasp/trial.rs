@@ -291,7 +291,7 @@ impl TrialSetup {
         Pose::translation(super::PALM_FACE, 0.0, -gap)
     }
 
-    fn stage_pose(&self, stage: Stage, world: &GraspWorld) -> StagePose {
+    pub(super) fn stage_pose(&self, stage: Stage, world: &GraspWorld) -> StagePose {
         let off = self.grip_from_held().inverse() * world.grip_from_tool();
         let (roll, pitch, yaw) = off.rotation.euler_angles();
         StagePose { stage, xyz: off.translation.vector.into(), rpy: [roll, pitch, yaw] }

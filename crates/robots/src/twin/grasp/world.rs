@@ -8,7 +8,7 @@ use rapier3d_f64::prelude::{
 use super::carrier::toward;
 use super::variation::NoiseSource;
 use super::{Carrier, Hand, HandCommand, HandModel, HandState, SensorNoise};
-use crate::control::{ImpedanceController, Reference};
+use crate::control::{ImpedanceController, MeasuredState, Reference};
 use crate::math::Pose;
 use crate::robot::{ArmModel, GRAVITY, JointVector};
 use crate::tool::{ConvexPart, ToolSet};
@@ -186,6 +186,21 @@ impl GraspWorld {
         }
     }
 
+    /// True joint state of the arm.
+    pub fn state(&self) -> &MeasuredState {
+        self.plant.state(0)
+    }
+
+    /// Joints that were wished last, rad.
+    pub fn wish(&self) -> JointVector {
+        self.wish
+    }
+
+    /// True joints of the fingers, rad.
+    pub fn fingers(&self) -> [[f64; 3]; 3] {
+        self.hand.state(self.plant.world()).unwrap_or_default().q
+    }
+
     /// True pose of the grip frame, world.
     pub fn world_from_grip(&self) -> Pose {
         *self.model.kinematics(&self.plant.state(0).q).world_from_tip()
@@ -194,6 +209,12 @@ impl GraspWorld {
     /// True pose of the tool, world.
     pub fn world_from_tool(&self) -> Pose {
         from_rapier(self.plant.world().bodies[self.tool].position())
+    }
+
+    /// True pose of the tool in the frame of the arm's last link.
+    pub fn last_from_tool(&self) -> Pose {
+        let k = self.model.kinematics(&self.plant.state(0).q);
+        k.world_from_link(self.model.dof()).inverse() * self.world_from_tool()
     }
 
     /// True pose of the tool in the grip frame.

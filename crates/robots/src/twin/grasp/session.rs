@@ -1,0 +1,157 @@
+//! A tool in a hand from its dock to its dock: what happened at both ends, for records, figures and pictures.
+use nalgebra::{Point3, Vector3};
+
+use super::trial::StagePose;
+use super::{DT, DockError, GraspError, GraspWorld, Order, Stage, ToolChange, TrialSetup};
+use crate::math::Pose;
+use crate::robot::JointVector;
+
+/// Steps between recorded joint positions.
+const STRIDE: u64 = 10;
+
+/// How hand and tool stood at an instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// The stage that ended then; `None` before the first.
+    pub stage: Option<Stage>,
+    /// Time from the start of the change, s.
+    pub time: f64,
+    /// The arm's joints, rad.
+    pub q: JointVector,
+    /// The fingers' joints, rad.
+    pub fingers: [[f64; 3]; 3],
+    /// The tool, world.
+    pub world_from_tool: Pose,
+    /// The tool in the hand, against the design.
+    pub in_hand: StagePose,
+}
+
+/// How a tool change went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChangeRecord {
+    /// What was wished.
+    pub order: Order,
+    /// Whether the robot thinks that it went well.
+    pub succeeded: bool,
+    /// Attempts.
+    pub attempts: u32,
+    /// What the robot said when it gave a stage up, in order.
+    pub reports: Vec<String>,
+    /// Steps simulated.
+    pub steps: u64,
+    /// True joints of the arm every 10 ms, rad.
+    pub joints: Vec<JointVector>,
+    /// Before the first stage, and at the end of each that was passed.
+    pub snapshots: Vec<Snapshot>,
+}
+
+impl ChangeRecord {
+    /// Seconds between entries of [`joints`](Self::joints).
+    pub const PERIOD: f64 = STRIDE as f64 * DT;
+
+    /// How long it took, s.
+    pub fn duration(&self) -> f64 {
+        self.steps as f64 * DT
+    }
+}
+
+/// A hand that fetches a tool from its dock and brings it back.
+pub struct Session<'a> {
+    setup: &'a TrialSetup,
+    world: GraspWorld,
+    seat: Pose,
+}
+
+impl<'a> Session<'a> {
+    /// Fetches the tool from a dock that stands off by `error`. The arm begins at rest, its hand ready before the dock.
+    ///
+    /// # Errors
+    /// See [`GraspError`]; a change that fails is told by its record.
+    pub fn fetch(setup: &'a TrialSetup, error: &DockError) -> Result<(Self, ChangeRecord), GraspError> {
+        let (world, pick) = setup.world(error)?;
+        let seat = world.world_from_tool();
+        let mut session = Self { setup, world, seat };
+        let record = session.carry_out(Order::Pick, pick)?;
+        Ok((session, record))
+    }
+
+    /// Brings the tool back to its dock, from where the hand is over it.
+    ///
+    /// # Errors
+    /// As of [`fetch`](Self::fetch).
+    pub fn bring_back(&mut self) -> Result<ChangeRecord, GraspError> {
+        let s = self.setup;
+        let grip = self.world.senses().world_from_grip;
+        let change = ToolChange::new(Order::Return, &s.hand, &s.set, &s.world_from_dock, &grip, &s.options);
+        self.carry_out(Order::Return, change)
+    }
+
+    fn carry_out(&mut self, order: Order, mut change: ToolChange) -> Result<ChangeRecord, GraspError> {
+        let began = self.world.steps();
+        let (mut joints, mut snapshots) = (Vec::new(), vec![self.snapshot(None, 0.0)]);
+        while change.stage().is_some() {
+            let passed = self.world.steps() - began;
+            if passed.is_multiple_of(STRIDE) {
+                joints.push(self.world.state().q);
+            }
+            let done = change.finished().len();
+            let (grip, hand) = change.update(&self.world.senses(), DT);
+            if let Some(stage) = change.finished().get(done) {
+                snapshots.push(self.snapshot(Some(*stage), passed as f64 * DT));
+            }
+            self.world.step(&grip, &hand)?;
+        }
+        Ok(ChangeRecord {
+            order,
+            succeeded: change.succeeded(),
+            attempts: change.attempts(),
+            reports: change.failures().iter().map(ToString::to_string).collect(),
+            steps: self.world.steps() - began,
+            joints,
+            snapshots,
+        })
+    }
+
+    fn snapshot(&self, stage: Option<Stage>, time: f64) -> Snapshot {
+        Snapshot {
+            stage,
+            time,
+            q: self.world.state().q,
+            fingers: self.world.fingers(),
+            world_from_tool: self.world.world_from_tool(),
+            in_hand: self.setup.stage_pose(stage.unwrap_or(Stage::Approach), &self.world),
+        }
+    }
+
+    /// True pose of the tool in the frame of the arm's last link.
+    pub fn last_from_tool(&self) -> Pose {
+        self.world.last_from_tool()
+    }
+
+    /// True joints of the arm, and those that were wished last, rad.
+    pub fn joints(&self) -> [JointVector; 2] {
+        [self.world.state().q, self.world.wish()]
+    }
+
+    /// True joints of the fingers, rad.
+    pub fn fingers(&self) -> [[f64; 3]; 3] {
+        self.world.fingers()
+    }
+
+    /// How far the tool's nose is from where it stood in its dock, m.
+    pub fn from_seat(&self) -> f64 {
+        let tool = &self.setup.set.tool;
+        let nose = Point3::new(tool.nose.axis, 0.0, tool.nose_end());
+        (self.world.world_from_tool() * nose - self.seat * nose).norm()
+    }
+
+    /// How far the tool is from where the hand should hold it, m.
+    pub fn in_hand(&self) -> f64 {
+        Vector3::from(self.setup.stage_pose(Stage::FullGrasp, &self.world).xyz).norm()
+    }
+
+    /// The world.
+    pub fn world(&self) -> &GraspWorld {
+        &self.world
+    }
+}

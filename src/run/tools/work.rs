@@ -1,0 +1,282 @@
+//! One arm's work: it fetches a pen, draws what is to be drawn with it, brings it back, and fetches the next.
+use crate::math::Pose;
+use crate::math::Rgb;
+use crate::mesh::TriMesh;
+use crate::plan::{PlanError, PlanOptions, Segment, SegmentKind, StepPlanner, Trajectory};
+use crate::robot::{ArmModel, JointVector};
+use crate::run::tools::kit::Kit;
+use crate::run::tools::schedule::Piece;
+use crate::run::{RunError, options};
+use crate::scenario::{Scenario, ToolSettings};
+use crate::surface::BelievedCanvas;
+use crate::twin::grasp::{ChangeRecord, Session};
+use crate::twin::{Record, Simulation, Surroundings, TwinArm, TwinOptions};
+
+/// How far a fetched tool is raised straight up from over its dock, m.
+const RAISE: f64 = 0.05;
+/// A tool farther from its seat than this when its arm gave up is no longer in its dock, m.
+const LEFT: f64 = 0.02;
+
+/// What an arm draws with one pen before it brings that back.
+pub(super) struct Task {
+    /// Index of the ink's layer.
+    pub layer: usize,
+    /// Index of the dock that its pen stands in.
+    pub dock: usize,
+    /// From the waiting pose and back to it.
+    pub segments: Vec<Segment>,
+}
+
+/// A tool change and when it was.
+pub(super) struct Change {
+    /// Index of the ink's layer.
+    pub layer: usize,
+    /// Index of the dock.
+    pub dock: usize,
+    /// When it began, s, in the arm's own time.
+    pub start: f64,
+    pub record: ChangeRecord,
+    /// Where the pen's tip is in the hand, seen from where a perfect grasp holds it; of a pick that succeeded.
+    pub tip_error: Option<Pose>,
+    /// How far the tool is from where it stood in its dock, m; of a return that succeeded.
+    pub seat_gap: Option<f64>,
+}
+
+/// What an arm did, in its own time, in which it never waits.
+pub(super) struct Worked {
+    pub record: Record,
+    pub pieces: Vec<Piece>,
+    /// Start of each piece, s.
+    pub starts: Vec<f64>,
+    /// All motion as it was planned, in the arm's own time.
+    pub segments: Vec<Segment>,
+    pub changes: Vec<Change>,
+    /// Why it stopped before all was done.
+    pub stopped: Option<Stop>,
+}
+
+/// An arm that stopped.
+pub(super) struct Stop {
+    pub reason: String,
+    /// Whether the pen isn't in its dock and not in the hand.
+    pub dropped: bool,
+}
+
+/// What an arm works in.
+pub(super) struct Site<'a> {
+    pub scenario: &'a Scenario,
+    pub tools: &'a ToolSettings,
+    pub world: &'a Surroundings<'a>,
+    pub canvas: &'a BelievedCanvas,
+    /// What is kept clear of, but for this arm's own docks.
+    pub obstacles: &'a [TriMesh],
+    pub plan: &'a PlanOptions,
+    pub twin: &'a TwinOptions,
+    /// Colour of each layer's ink.
+    pub colors: &'a [Rgb],
+}
+
+/// Ways of an arm, with a pen or without, among obstacles.
+struct Ways<'a> {
+    planner: StepPlanner<'a>,
+    canvas: &'a BelievedCanvas,
+}
+
+impl<'a> Ways<'a> {
+    fn new(site: &'a Site, arm: &'a ArmModel, home: &JointVector, obstacles: &'a [TriMesh]) -> Self {
+        Self { planner: StepPlanner::new(arm, home, &[], site.canvas, obstacles, site.plan), canvas: site.canvas }
+    }
+
+    fn travel(&self, from: &JointVector, to: &JointVector, leg: &'static str) -> Result<Trajectory, RunError> {
+        let way = self.planner.travel(self.canvas, from, to);
+        Ok(way.ok_or_else(|| PlanError::NoWay { arm: self.planner.arm().into(), leg })?)
+    }
+}
+
+fn end_of(trajectory: &Trajectory) -> JointVector {
+    trajectory.knots().last().map_or_else(JointVector::zeros, |k| k.q)
+}
+
+/// The same motion backwards.
+fn reversed(trajectory: &Trajectory) -> Trajectory {
+    let end = trajectory.duration();
+    let back = trajectory.knots().iter().rev().map(|k| {
+        let mut k = *k;
+        k.time = end - k.time;
+        k.qd = -k.qd;
+        k
+    });
+    Trajectory::new(back.collect())
+}
+
+/// An arm at work.
+struct Worker<'a> {
+    site: &'a Site<'a>,
+    kit: &'a Kit<'a>,
+    simulation: Simulation<'a>,
+    done: Worked,
+    /// Where the wished motion rests, rad.
+    at: JointVector,
+}
+
+impl Worker<'_> {
+    /// Carries out motion. `over_canvas` pieces are the canvas's alone.
+    fn motion(&mut self, segments: Vec<Segment>, over_canvas: bool) -> Result<(), RunError> {
+        let began = self.simulation.time();
+        if let Some(last) = segments.last() {
+            self.at = end_of(&last.trajectory);
+        }
+        let mut plan = crate::plan::Plan { arms: vec![crate::plan::ArmPlan { arm: 0, segments }] };
+        self.simulation.execute(&plan, None, &mut |_| ())?;
+        for mut segment in plan.arms.remove(0).segments {
+            segment.start += began;
+            self.done.segments.push(segment);
+        }
+        self.piece(began, over_canvas);
+        Ok(())
+    }
+
+    fn piece(&mut self, began: f64, over_canvas: bool) {
+        self.done.starts.push(began);
+        self.done.pieces.push(Piece { duration: self.simulation.time() - began, over_canvas });
+    }
+
+    fn travels(&mut self, layer: usize, ways: Vec<Trajectory>) -> Result<(), RunError> {
+        let mut start = 0.0;
+        let segments = ways.into_iter().map(|trajectory| {
+            let segment = Segment {
+                kind: SegmentKind::Travel,
+                layer,
+                stroke: None,
+                start,
+                trajectory,
+                depth: Default::default(),
+            };
+            start = segment.end();
+            segment
+        });
+        let segments = segments.collect();
+        self.motion(segments, false)
+    }
+
+    /// Books a tool change that was simulated apart. False when it failed.
+    fn changed(&mut self, task: &Task, record: ChangeRecord, tip_error: Option<Pose>, seat_gap: Option<f64>) -> bool {
+        let began = self.simulation.time();
+        let duration = record.duration();
+        self.simulation.pass(0, SegmentKind::ChangeTool, duration, ChangeRecord::PERIOD, &record.joints);
+        let trajectory = Trajectory::rest(self.at, duration);
+        self.done.segments.push(Segment {
+            kind: SegmentKind::ChangeTool,
+            layer: task.layer,
+            stroke: None,
+            start: began,
+            trajectory,
+            depth: Default::default(),
+        });
+        self.piece(began, false);
+        let succeeded = record.succeeded;
+        self.done.changes.push(Change {
+            layer: task.layer,
+            dock: task.dock,
+            start: began,
+            record,
+            tip_error,
+            seat_gap,
+        });
+        succeeded
+    }
+
+    fn stop(&mut self, doing: &str, session: &Session) {
+        let last = self.done.changes.last().and_then(|c| c.record.reports.last());
+        let why = last.map_or_else(String::new, |w| format!(": {w}"));
+        let dropped = session.from_seat() > LEFT && session.in_hand() > LEFT;
+        let what = if dropped { "; the pen has fallen" } else { "" };
+        let reason = format!("{} gave up {doing}{why}{what}", self.kit.arm.model.name);
+        self.done.stopped = Some(Stop { reason, dropped });
+    }
+
+    /// One pen: fetched, drawn with, and brought back. False when the arm had to stop.
+    fn task(&mut self, task: &Task) -> Result<bool, RunError> {
+        let (site, kit) = (self.site, self.kit);
+        let home = kit.arm.home;
+        let broken = |source| RunError::Grasp { arm: kit.arm.model.name.clone(), source };
+        let with = |own: Vec<TriMesh>| [site.obstacles, &own].concat();
+        let (all, rest) = (with(kit.solids(None)?), with(kit.solids(Some(task.dock))?));
+
+        // empty-handed before the dock
+        let (setup, error) = kit.setup(task.dock, site.tools, site.scenario.seed)?;
+        let empty = Ways::new(site, &kit.bare, &home, &all);
+        let way = empty.travel(&self.at, &setup.carrier.home, "to a dock")?;
+        self.travels(task.layer, vec![way])?;
+        let (mut session, pick) = Session::fetch(&setup, &error).map_err(broken)?;
+
+        let believed = kit.believed(site.colors[task.layer])?;
+        let truly = kit.truly(&believed, &session.last_from_tool());
+        let tip_error = pick.succeeded.then(|| kit.tip_error(&session.world().grip_from_tool()));
+        if !self.changed(task, pick, tip_error, None) {
+            self.stop("fetching a pen", &session);
+            return Ok(false);
+        }
+        // up from over the dock and away, with the pen as the grasp left it
+        let [start, wish] = session.joints();
+        let controller = || options::controller(site.scenario, &believed);
+        self.simulation.go_on_as(0, TwinArm { model: truly.clone(), controller: controller(), start }, task.layer)?;
+        let full = Ways::new(site, &believed, &home, &rest);
+        let up = full.planner.retreat(&wish, RAISE);
+        let over = end_of(&up);
+        let down = reversed(&up);
+        let away = full.travel(&over, &home, "from a dock")?;
+        self.travels(task.layer, vec![up, away])?;
+        self.motion(task.segments.clone(), true)?;
+        let back = full.travel(&self.at, &over, "back to a dock")?;
+        self.travels(task.layer, vec![back, down])?;
+
+        let put = session.bring_back().map_err(broken)?;
+        let gap = put.succeeded.then(|| session.from_seat());
+        let seated = self.changed(task, put, None, gap);
+        let [start, wish] = session.joints();
+        let controller = options::controller(site.scenario, &kit.bare);
+        self.simulation.go_on_as(0, TwinArm { model: kit.bare.clone(), controller, start }, task.layer)?;
+        self.at = wish;
+        if !seated {
+            self.stop("bringing a pen back", &session);
+            return Ok(false);
+        }
+        let settle = Ways::new(site, &kit.bare, &home, &[]);
+        let way = settle.travel(&wish, &setup.carrier.home, "away from a dock")?;
+        self.travels(task.layer, vec![way])?;
+        Ok(true)
+    }
+}
+
+/// Does an arm's tasks, one after another, from its waiting pose and back to it.
+pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut(usize)) -> Result<Worked, RunError> {
+    let home = kit.arm.home;
+    let controller = options::controller(site.scenario, &kit.bare);
+    let twin = TwinArm { model: kit.bare.clone(), controller, start: home };
+    let first = tasks.first().map_or(0, |t| t.layer);
+    let simulation = Simulation::new(vec![twin], &[first], site.world, site.twin)?;
+    let done = Worked {
+        record: Record::default(),
+        pieces: Vec::new(),
+        starts: Vec::new(),
+        segments: Vec::new(),
+        changes: Vec::new(),
+        stopped: None,
+    };
+    let mut worker = Worker { site, kit, simulation, done, at: home };
+    for (i, task) in tasks.iter().enumerate() {
+        if !worker.task(task)? {
+            break;
+        }
+        hear(i + 1);
+    }
+    if worker.done.stopped.is_none() && !tasks.is_empty() {
+        let all = [site.obstacles, &kit.solids(None)?].concat();
+        let way = Ways::new(site, &kit.bare, &home, &all).travel(&worker.at, &home, "home")?;
+        worker.travels(tasks[tasks.len() - 1].layer, vec![way])?;
+    }
+    let Worker { simulation, mut done, .. } = worker;
+    done.record = simulation.finish(site.colors);
+    Ok(done)
+}
