@@ -88,8 +88,17 @@ impl Bench {
 
     fn contact(&self, nib: &mut Nib) -> Contact {
         let friction = (self.pen.spring.friction * self.canvas_friction).sqrt();
-        nib.touch(&self.pen.spring, friction, &self.canvas.mesh, &self.tip, &self.axis, &self.velocity, DT)
-            .expect("it touches")
+        nib.touch(
+            &self.pen.spring,
+            friction,
+            &self.canvas.mesh,
+            &self.tip,
+            &self.axis,
+            &self.velocity,
+            f64::INFINITY,
+            DT,
+        )
+        .expect("it touches")
     }
 
     fn controller(&self) -> ImpedanceController {

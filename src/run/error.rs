@@ -104,15 +104,15 @@ pub enum RunError {
         /// Name of the arm.
         arm: String,
     },
-    /// More inks than docks.
+    /// More inks than pens.
     #[error(
-        "{inks} inks, but the arms that draw have only {docks} docks; use fewer inks, or give the robot more docks"
+        "{inks} inks, but in the docks of the arms that draw stand only {pens} pens; use fewer inks, or give the robot more"
     )]
     TooManyInks {
         /// Inks that are drawn with.
         inks: usize,
-        /// Docks of all arms.
-        docks: usize,
+        /// Pens in the docks of all arms that draw.
+        pens: usize,
     },
     /// `tools.arms` names an arm that doesn't draw.
     #[error("tools.arms gives ink {ink} to arm {arm}, which doesn't draw; arms that do: {arms}")]

@@ -80,7 +80,7 @@ impl Default for ToolSettings {
             arms: BTreeMap::new(),
             margin_mm: 30.0,
             hold: Hold::Rigid,
-            attempts: 2,
+            attempts: 3,
             dock_xy_mm: 0.0,
             dock_z_mm: 0.0,
             dock_tilt_deg: 0.0,

@@ -28,6 +28,8 @@ pub(super) struct Kit<'a> {
     pub bare: ArmModel,
     /// Poses of seated tools, as believed.
     pub docks: &'a [Pose],
+    /// Indices of the docks that hold a pen.
+    pub pens: Vec<usize>,
 }
 
 /// A number that is the same for the same words.
@@ -61,7 +63,8 @@ impl<'a> Kit<'a> {
             return Err(RunError::TooWide { width_mm: width * 1e3, widest_mm: widest * 1e3 });
         }
         let bare = with_hand(&arm.model, &hand, &[[OPEN, 0.0, -OPEN]; 3]);
-        Ok(Some(Self { index, arm, hand, set, bare, docks: &gripper.docks }))
+        let pens = (0..gripper.docks.len()).filter(|i| gripper.full[*i]).collect();
+        Ok(Some(Self { index, arm, hand, set, bare, docks: &gripper.docks, pens }))
     }
 
     /// Finger joints round a tool, rad, as designed.
@@ -173,7 +176,7 @@ impl<'a> Kit<'a> {
         let mut solids = Vec::new();
         for (i, place) in self.docks.iter().enumerate() {
             solids.push(dock.transformed(place));
-            if empty != Some(i) {
+            if empty != Some(i) && self.pens.contains(&i) {
                 solids.push(body.transformed(place));
             }
         }

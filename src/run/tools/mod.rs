@@ -85,7 +85,7 @@ impl Drawn {
 fn assign(cast: &Cast, kits: &[Kit], tools: &ToolSettings) -> Result<Vec<(usize, usize)>, RunError> {
     let names: Vec<&str> = kits.iter().map(|k| k.arm.model.name.as_str()).collect();
     let mut taken = vec![0; kits.len()];
-    let (inks, docks) = (cast.drawing.layers.len(), kits.iter().map(|k| k.docks.len()).sum());
+    let (inks, pens) = (cast.drawing.layers.len(), kits.iter().map(|k| k.pens.len()).sum());
     let mut turn = 0;
     let mut places = Vec::with_capacity(inks);
     for layer in &cast.drawing.layers {
@@ -96,16 +96,16 @@ fn assign(cast: &Cast, kits: &[Kit], tools: &ToolSettings) -> Result<Vec<(usize,
                 arms: names.join(", "),
             })?,
             None => {
-                let free = (0..kits.len()).map(|i| (turn + i) % kits.len()).find(|a| taken[*a] < kits[*a].docks.len());
-                let arm = free.ok_or(RunError::TooManyInks { inks, docks })?;
+                let free = (0..kits.len()).map(|i| (turn + i) % kits.len()).find(|a| taken[*a] < kits[*a].pens.len());
+                let arm = free.ok_or(RunError::TooManyInks { inks, pens })?;
                 turn = (arm + 1) % kits.len();
                 arm
             }
         };
-        if taken[arm] >= kits[arm].docks.len() {
-            return Err(RunError::TooManyInks { inks, docks });
+        if taken[arm] >= kits[arm].pens.len() {
+            return Err(RunError::TooManyInks { inks, pens });
         }
-        places.push((arm, taken[arm]));
+        places.push((arm, kits[arm].pens[taken[arm]]));
         taken[arm] += 1;
     }
     Ok(places)

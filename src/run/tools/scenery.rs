@@ -42,7 +42,7 @@ pub(super) fn docks(kit: &Kit, inks: &[(usize, Rgb)], empty: Option<usize>) -> R
     for (i, place) in kit.docks.iter().enumerate() {
         let ink = inks.iter().find(|(dock, _)| *dock == i).map(|(_, color)| *color);
         items.push(Item::from_mesh(&dock.transformed(place), Material::furniture(DOCK)));
-        if empty != Some(i) {
+        if empty != Some(i) && kit.pens.contains(&i) {
             let visuals = tool_visuals(&kit.set, ink.unwrap_or(SPARE)).map_err(RunError::Tool)?;
             items.extend(placed(&visuals, place));
         }

@@ -7,7 +7,7 @@ use crate::robot::{ArmModel, JointVector};
 use crate::run::tools::kit::Kit;
 use crate::run::tools::schedule::Piece;
 use crate::run::{RunError, options};
-use crate::scenario::{Scenario, ToolSettings};
+use crate::scenario::{Hold, Scenario, ToolSettings};
 use crate::surface::BelievedCanvas;
 use crate::twin::grasp::{ChangeRecord, Session};
 use crate::twin::{Record, Simulation, Surroundings, TwinArm, TwinOptions};
@@ -221,6 +221,9 @@ impl Worker<'_> {
         let [start, wish] = session.joints();
         let controller = || options::controller(site.scenario, &believed);
         self.simulation.go_on_as(0, TwinArm { model: truly.clone(), controller: controller(), start }, task.layer)?;
+        if site.tools.hold == Hold::Physics {
+            self.simulation.go_on_in(Box::new(session.plant()));
+        }
         let full = Ways::new(site, &believed, &home, &rest);
         let up = full.planner.retreat(&wish, RAISE);
         let over = end_of(&up);
@@ -231,6 +234,9 @@ impl Worker<'_> {
         let back = full.travel(&self.at, &over, "back to a dock")?;
         self.travels(task.layer, vec![back, down])?;
 
+        if site.tools.hold == Hold::Physics {
+            session.led_to(self.at);
+        }
         let put = session.bring_back().map_err(broken)?;
         let gap = put.succeeded.then(|| session.from_seat());
         let seated = self.changed(task, put, None, gap);

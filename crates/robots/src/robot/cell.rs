@@ -123,9 +123,9 @@ struct ToolFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct PoseFile {
     #[serde(default)]
-    xyz_mm: [f64; 3],
+    pub(super) xyz_mm: [f64; 3],
     #[serde(default)]
-    rpy_deg: [f64; 3],
+    pub(super) rpy_deg: [f64; 3],
 }
 
 #[derive(Debug, Deserialize)]

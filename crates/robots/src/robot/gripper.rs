@@ -16,6 +16,8 @@ pub struct Gripper {
     pub tool: PathBuf,
     /// Pose of the tool seated in each dock, world: x away from the palm that comes for it, z up.
     pub docks: Vec<Pose>,
+    /// Whether a pen stands in each dock.
+    pub full: Vec<bool>,
 }
 
 /// `[arm.gripper]` as written.
@@ -26,7 +28,24 @@ pub(super) struct GripperFile {
     /// Relative to the robot file.
     tool: PathBuf,
     #[serde(default)]
-    docks: Vec<PoseFile>,
+    docks: Vec<DockFile>,
+}
+
+/// A dock as written: where, and whether there is no pen in it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DockFile {
+    xyz_mm: [f64; 3],
+    #[serde(default)]
+    rpy_deg: [f64; 3],
+    #[serde(default)]
+    empty: bool,
+}
+
+impl DockFile {
+    fn place(&self) -> PoseFile {
+        PoseFile { xyz_mm: self.xyz_mm, rpy_deg: self.rpy_deg }
+    }
 }
 
 impl GripperFile {
@@ -35,9 +54,13 @@ impl GripperFile {
         if !KINDS.contains(&self.kind.as_str()) {
             return Err(("kind", format!("no gripper `{}`: known is {}", self.kind, KINDS.join(", "))));
         }
-        if self.docks.iter().any(|d| !d.is_finite()) {
+        if self.docks.iter().any(|d| !d.place().is_finite()) {
             return Err(("docks", "every dock needs a pose of finite numbers".into()));
         }
-        Ok(Gripper { tool: folder.join(&self.tool), docks: self.docks.iter().map(PoseFile::pose).collect() })
+        Ok(Gripper {
+            tool: folder.join(&self.tool),
+            docks: self.docks.iter().map(|d| d.place().pose()).collect(),
+            full: self.docks.iter().map(|d| !d.empty).collect(),
+        })
     }
 }

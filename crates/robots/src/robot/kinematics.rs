@@ -98,6 +98,12 @@ impl Kinematics {
         &self.world_from_tip
     }
 
+    /// The same posture of an arm that differs in its tip alone, which is at `last_from_tip` in the last link's frame.
+    pub fn with_tip(mut self, last_from_tip: &Pose) -> Self {
+        self.world_from_tip = self.world_from_link[self.dof] * last_from_tip;
+        self
+    }
+
     /// The geometric Jacobian at the tip.
     pub fn jacobian(&self) -> Jacobian {
         let p = self.world_from_tip.translation.vector;

@@ -13,7 +13,7 @@ use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::surface::{Mapping, TrueCanvas};
 use crate::twin::contact::{Contact, Nib};
 use crate::twin::sense::{Felt, TipSensor};
-use crate::twin::{ArmRecord, ArmSample, Event, EventKind, StrokeRecord, TipForce};
+use crate::twin::{ArmRecord, ArmSample, Event, EventKind, StrokeRecord, TipForce, TipState};
 
 /// The pen that draws a layer.
 #[derive(Clone, Debug)]
@@ -255,6 +255,7 @@ impl ArmRun {
         dt: f64,
         state: &MeasuredState,
         k: &Kinematics,
+        true_tip: &TipState,
         world: &Surroundings,
         sample: bool,
         events: &mut Vec<Event>,
@@ -273,12 +274,15 @@ impl ArmRun {
             None => (SegmentKind::Travel, Reference::rest(self.wish.q)),
         };
         self.wish = wish;
-        let tip = Point3::from(k.world_from_tip().translation.vector);
-        let axis = k.world_from_tip().rotation * Vector3::z();
-        let contact = self.touch(world, &tip, &axis, &k.tip_velocity(&state.qd), dt);
+        let tip = Point3::from(true_tip.pose.translation.vector);
+        let axis = true_tip.pose.rotation * Vector3::z();
+        let contact = self.touch(world, &tip, &axis, true_tip, dt);
         self.draw(time, dt, world, contact.as_ref(), stroke, events);
 
-        let command = self.arm.controller.torque(state, k, &wish, dt);
+        // the law knows the joints, and the tip only where it believes it to be
+        let tip_believed = &self.arm.controller.model().last_from_tip;
+        let believed = (*tip_believed != self.arm.model.last_from_tip).then(|| k.with_tip(tip_believed));
+        let command = self.arm.controller.torque(state, believed.as_ref().unwrap_or(k), &wish, dt);
         let torque = self.delayed(command.torque);
         let force = contact.map_or_else(TipForce::default, |c| TipForce { point: c.point, force: c.force });
 
@@ -318,11 +322,13 @@ impl ArmRun {
         world: &Surroundings,
         tip: &Point3<f64>,
         axis: &Vector3<f64>,
-        velocity: &Vector3<f64>,
+        true_tip: &TipState,
         dt: f64,
     ) -> Option<Contact> {
         let spring = world.spring(self.layer);
-        self.nib.touch(&spring, (spring.friction * world.friction).sqrt(), &world.canvas.mesh, tip, axis, velocity, dt)
+        let friction = (spring.friction * world.friction).sqrt();
+        let TipState { velocity, mass, .. } = true_tip;
+        self.nib.touch(&spring, friction, &world.canvas.mesh, tip, axis, velocity, *mass, dt)
     }
 
     fn draw(

@@ -47,7 +47,7 @@ pub struct Nib {
 
 impl Nib {
     /// The contact of a nib at `tip` (m, world), whose pen points along unit `axis` (world), that moves at `velocity` (m/s), `dt` s
-    /// after the last call; `None` off the canvas.
+    /// after the last call, and whose inertia is at least that of `mass` (kg); `None` off the canvas.
     ///
     /// - Normal: `F = k d (1 + c v)` with depth `d` that grows at `v`, the change since the last step (Hunt and Crossley 1975,
     ///   doi:10.1115/1.3423596). The loss is bounded, `0 <= F <= 1.2 k d`: fibres that are lossy under the
@@ -62,6 +62,7 @@ impl Nib {
         tip: &Point3<f64>,
         axis: &Vector3<f64>,
         velocity: &Vector3<f64>,
+        mass: f64,
         dt: f64,
     ) -> Option<Contact> {
         let before = std::mem::take(self);
@@ -74,7 +75,9 @@ impl Nib {
         // the smooth normal leans against the facet, so that the nib's velocity along it isn't how fast it is pressed
         let pressing = before.depth.map_or(-separation, |(last, _)| (depth - last) / dt);
         self.depth = Some((depth, n));
-        let loss = (spring.damping * pressing).clamp(-1.0, LARGEST_LOSS);
+        // semi-implicit: what damping takes from the speed in this step is no longer there to be damped
+        let held_back = 1.0 + spring.stiffness * depth * spring.damping * dt / mass;
+        let loss = (spring.damping * pressing / held_back).clamp(-1.0, LARGEST_LOSS);
         let normal_force = spring.stiffness * depth * (1.0 + loss);
         if normal_force <= 0.0 {
             // the fibres come back more slowly than the pen leaves
@@ -181,7 +184,7 @@ mod tests {
         let at = |i: u32| Point3::new(0.001, 0.002, -step * f64::from(i));
         (1..=count)
             .map(|i| {
-                nib.touch(&spring(), 0.3, canvas, &at(i), &-Vector3::z(), &velocity, 1e-3)
+                nib.touch(&spring(), 0.3, canvas, &at(i), &-Vector3::z(), &velocity, f64::INFINITY, 1e-3)
                     .map_or(0.0, |c| c.normal_force)
             })
             .collect()
@@ -207,7 +210,10 @@ mod tests {
     fn a_nib_far_under_a_surface_that_it_never_met_touches_nothing() {
         let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
         let at = Point3::new(0.0, 0.0, -0.01);
-        assert_eq!(Nib::default().touch(&spring(), 0.3, &block, &at, &-Vector3::z(), &Vector3::zeros(), 1e-3), None);
+        assert_eq!(
+            Nib::default().touch(&spring(), 0.3, &block, &at, &-Vector3::z(), &Vector3::zeros(), f64::INFINITY, 1e-3),
+            None
+        );
     }
 
     const BALL: f64 = 2.5e-3;
@@ -216,7 +222,7 @@ mod tests {
     fn rolled(canvas: &TriMesh, x: f64, z: f64) -> Option<Contact> {
         let round = NibSpring { radius: BALL, ..spring() };
         let tip = Point3::new(x, 0.0, z);
-        Nib::default().touch(&round, 0.0, canvas, &tip, &-Vector3::z(), &Vector3::zeros(), 1e-3)
+        Nib::default().touch(&round, 0.0, canvas, &tip, &-Vector3::z(), &Vector3::zeros(), f64::INFINITY, 1e-3)
     }
 
     /// Two blocks with their tops at z = 0 and a gap in x between them.

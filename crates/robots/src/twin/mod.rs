@@ -14,7 +14,7 @@ mod simulation;
 pub use arm::{LayerPen, Surroundings, TwinArm};
 pub use contact::{Contact, Nib};
 pub use options::{PlantKind, TwinOptions};
-pub use plant::{ArticulatedPlant, Plant, TipForce};
+pub use plant::{ArticulatedPlant, Plant, TipForce, TipState};
 pub use rapier_plant::RapierPlant;
 pub use record::{ArmRecord, ArmSample, Event, EventKind, Record, StrokeRecord};
 pub use sense::{Feeling, Felt};

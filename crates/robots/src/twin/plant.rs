@@ -2,6 +2,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::control::MeasuredState;
+use crate::math::Pose;
 use crate::robot::{ArmModel, JointVector, Kinematics};
 
 /// The force that the canvas puts on a pen.
@@ -11,6 +12,18 @@ pub struct TipForce {
     pub point: Point3<f64>,
     /// Force, N, world.
     pub force: Vector3<f64>,
+}
+
+/// Where a pen's tip is and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TipState {
+    /// The tip frame, world: z out of the nib.
+    pub pose: Pose,
+    /// Velocity of its origin, m/s, world.
+    pub velocity: Vector3<f64>,
+    /// Least mass that the nib may be felt to have, kg: damping that would reverse its motion within a step is held back. Infinite
+    /// on an arm, whose inertia is far from that.
+    pub mass: f64,
 }
 
 /// The dynamics of all arms of a cell. One step is semi-implicit Euler: speeds first, then positions by the new speeds.
@@ -23,6 +36,13 @@ pub trait Plant {
     /// # Errors
     /// The index of the arm whose torques or state stopped being finite.
     fn step(&mut self, torques: &[JointVector], forces: &[TipForce], kinematics: &[Kinematics]) -> Result<(), usize>;
+
+    /// The true pen tip of arm `arm`, whose kinematics and joint speeds are these: on the last link, unless what holds it gives way.
+    fn tip(&self, arm: usize, kinematics: &Kinematics, qd: &JointVector) -> TipState {
+        let _ = arm;
+        let (pose, velocity) = (*kinematics.world_from_tip(), kinematics.tip_velocity(qd));
+        TipState { pose, velocity, mass: f64::INFINITY }
+    }
 }
 
 /// An independent plant: forward dynamics of Calamus's own model. It checks rapier's, and runs long drawings faster.

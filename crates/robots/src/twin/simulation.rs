@@ -149,6 +149,11 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
+    /// Goes on in another plant, in which every arm stands where it does in this one or as near as makes no difference.
+    pub fn go_on_in(&mut self, plant: Box<dyn Plant>) {
+        self.plant = plant;
+    }
+
     /// Lets time pass in which arm `arm` is moved by something else, which is recorded: through `joints` (rad), `period` s apart.
     /// The others stand still.
     pub fn pass(&mut self, arm: usize, kind: SegmentKind, duration: f64, period: f64, joints: &[JointVector]) {
@@ -202,7 +207,8 @@ impl<'a> Simulation<'a> {
         for (a, run) in self.runs.iter_mut().enumerate() {
             let sample = self.step % self.stride == 0;
             let (state, k) = (self.plant.state(a), &self.kinematics[a]);
-            let out = run.step(&plan.arms[a].segments, time, dt, state, k, self.world, sample, &mut self.events);
+            let tip = self.plant.tip(a, k, &state.qd);
+            let out = run.step(&plan.arms[a].segments, time, dt, state, k, &tip, self.world, sample, &mut self.events);
             self.torques[a] = out.torque;
             self.forces[a] = out.force;
         }

@@ -9,7 +9,7 @@ use crate::robot::{ArmModel, JointKind, JointModel, JointVector, LinkModel, Spat
 /// An arm with a hand on its flange, the grip frame as its tip, and where it stands.
 #[derive(Clone, Debug)]
 pub struct Carrier {
-    /// The arm with the palm on its last link; its tip is the grip frame. The fingers are the plant's own.
+    /// The arm with the palm, and what is fixed to it, on its last link; its tip is the grip frame. The fingers are the plant's own.
     pub plant: ArmModel,
     /// The arm with the whole hand on its last link: what the controller believes.
     pub believed: ArmModel,
@@ -41,7 +41,7 @@ impl Carrier {
         };
         let half = hand.close_angle(0.08);
         Self {
-            plant: with(hand.palm.inertia(hand.palm_mass)),
+            plant: with(hand.base_inertia()),
             believed: with(hand.inertia(&[[half, 0.0, -half]; 3])),
             gains: ImpedanceOptions {
                 stiffness: [STIFFNESS[0]; 3],

@@ -197,6 +197,14 @@ impl HandModel {
         i > 0 && (i - 1) % 4 != 0
     }
 
+    /// The palm and the knuckles that stand still on it as one body in the grip frame: what fingers move against.
+    pub fn base_inertia(&self) -> SpatialInertia {
+        let fixed = self.fingers.iter().filter(|f| f.spread == 0.0).map(|f| &f.knuckle);
+        fixed.fold(self.palm.inertia(self.palm_mass), |sum, k| {
+            sum.joined(&k.shape.inertia(k.mass).seen_from(&k.parent_from_joint))
+        })
+    }
+
     /// The whole hand as one body in the grip frame with its fingers at the given joint angles (rad): what an arm's controller
     /// knows of it.
     pub fn inertia(&self, joints: &[[f64; 3]; 3]) -> SpatialInertia {
@@ -226,6 +234,21 @@ mod tests {
         let body = hand.inertia(&[[0.0495, 0.0, -0.0523]; 3]);
         assert!((body.mass - 2.3).abs() < 0.01, "{}", body.mass);
         assert!(body.defect().is_none());
+    }
+
+    #[test]
+    fn palm_and_moving_parts_weigh_as_much_as_the_hand() {
+        let hand = HandModel::robotiq_3f();
+        let moving: f64 = hand
+            .fingers
+            .iter()
+            .map(|f| {
+                let knuckle = if f.spread == 0.0 { 0.0 } else { f.knuckle.mass };
+                knuckle + f.phalanges.iter().map(|p| p.mass).sum::<f64>()
+            })
+            .sum();
+        let whole = hand.inertia(&[[0.0495, 0.0, -0.0523]; 3]).mass;
+        assert!((hand.base_inertia().mass + moving - whole).abs() < 1e-12);
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! A tool in a hand from its dock to its dock: what happened at both ends, for records, figures and pictures.
+use std::cell::{Ref, RefCell};
+use std::rc::Rc;
+
 use nalgebra::{Point3, Vector3};
 
 use super::trial::StagePose;
-use super::{DT, DockError, GraspError, GraspWorld, Order, Stage, ToolChange, TrialSetup};
+use super::{DT, DockError, GraspError, GraspWorld, HeldPlant, Order, Stage, ToolChange, TrialSetup};
 use crate::math::Pose;
 use crate::robot::JointVector;
 
@@ -58,7 +61,7 @@ impl ChangeRecord {
 /// A hand that fetches a tool from its dock and brings it back.
 pub struct Session<'a> {
     setup: &'a TrialSetup,
-    world: GraspWorld,
+    world: Rc<RefCell<GraspWorld>>,
     seat: Pose,
 }
 
@@ -70,7 +73,7 @@ impl<'a> Session<'a> {
     pub fn fetch(setup: &'a TrialSetup, error: &DockError) -> Result<(Self, ChangeRecord), GraspError> {
         let (world, pick) = setup.world(error)?;
         let seat = world.world_from_tool();
-        let mut session = Self { setup, world, seat };
+        let mut session = Self { setup, world: Rc::new(RefCell::new(world)), seat };
         let record = session.carry_out(Order::Pick, pick)?;
         Ok((session, record))
     }
@@ -81,77 +84,89 @@ impl<'a> Session<'a> {
     /// As of [`fetch`](Self::fetch).
     pub fn bring_back(&mut self) -> Result<ChangeRecord, GraspError> {
         let s = self.setup;
-        let grip = self.world.senses().world_from_grip;
+        let grip = self.world().senses().world_from_grip;
         let change = ToolChange::new(Order::Return, &s.hand, &s.set, &s.world_from_dock, &grip, &s.options);
         self.carry_out(Order::Return, change)
     }
 
     fn carry_out(&mut self, order: Order, mut change: ToolChange) -> Result<ChangeRecord, GraspError> {
-        let began = self.world.steps();
+        let began = self.world().steps();
         let (mut joints, mut snapshots) = (Vec::new(), vec![self.snapshot(None, 0.0)]);
         while change.stage().is_some() {
-            let passed = self.world.steps() - began;
+            let passed = self.world().steps() - began;
             if passed.is_multiple_of(STRIDE) {
-                joints.push(self.world.state().q);
+                joints.push(self.world().state().q);
             }
             let done = change.finished().len();
-            let (grip, hand) = change.update(&self.world.senses(), DT);
+            let (grip, hand) = change.update(&self.world().senses(), DT);
             if let Some(stage) = change.finished().get(done) {
                 snapshots.push(self.snapshot(Some(*stage), passed as f64 * DT));
             }
-            self.world.step(&grip, &hand)?;
+            self.world.borrow_mut().step(&grip, &hand)?;
         }
         Ok(ChangeRecord {
             order,
             succeeded: change.succeeded(),
             attempts: change.attempts(),
             reports: change.failures().iter().map(ToString::to_string).collect(),
-            steps: self.world.steps() - began,
+            steps: self.world().steps() - began,
             joints,
             snapshots,
         })
     }
 
     fn snapshot(&self, stage: Option<Stage>, time: f64) -> Snapshot {
+        let world = self.world();
         Snapshot {
             stage,
             time,
-            q: self.world.state().q,
-            fingers: self.world.fingers(),
-            world_from_tool: self.world.world_from_tool(),
-            in_hand: self.setup.stage_pose(stage.unwrap_or(Stage::Approach), &self.world),
+            q: world.state().q,
+            fingers: world.fingers(),
+            world_from_tool: world.world_from_tool(),
+            in_hand: self.setup.stage_pose(stage.unwrap_or(Stage::Approach), &world),
         }
     }
 
     /// True pose of the tool in the frame of the arm's last link.
     pub fn last_from_tool(&self) -> Pose {
-        self.world.last_from_tool()
+        self.world().last_from_tool()
     }
 
     /// True joints of the arm, and those that were wished last, rad.
     pub fn joints(&self) -> [JointVector; 2] {
-        [self.world.state().q, self.world.wish()]
+        let world = self.world();
+        [world.state().q, world.wish()]
     }
 
     /// True joints of the fingers, rad.
     pub fn fingers(&self) -> [[f64; 3]; 3] {
-        self.world.fingers()
+        self.world().fingers()
     }
 
     /// How far the tool's nose is from where it stood in its dock, m.
     pub fn from_seat(&self) -> f64 {
         let tool = &self.setup.set.tool;
         let nose = Point3::new(tool.nose.axis, 0.0, tool.nose_end());
-        (self.world.world_from_tool() * nose - self.seat * nose).norm()
+        (self.world().world_from_tool() * nose - self.seat * nose).norm()
     }
 
     /// How far the tool is from where the hand should hold it, m.
     pub fn in_hand(&self) -> f64 {
-        Vector3::from(self.setup.stage_pose(Stage::FullGrasp, &self.world).xyz).norm()
+        Vector3::from(self.setup.stage_pose(Stage::FullGrasp, &self.world()).xyz).norm()
     }
 
     /// The world.
-    pub fn world(&self) -> &GraspWorld {
-        &self.world
+    pub fn world(&self) -> Ref<'_, GraspWorld> {
+        self.world.borrow()
+    }
+
+    /// The world as the plant of one arm: what it draws with is held by contact and friction.
+    pub fn plant(&self) -> HeldPlant {
+        HeldPlant::new(Rc::clone(&self.world))
+    }
+
+    /// Tells the world that the plant has been led to these wished joints, rad.
+    pub fn led_to(&mut self, wish: JointVector) {
+        self.world.borrow_mut().led_to(wish);
     }
 }

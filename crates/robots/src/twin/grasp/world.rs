@@ -10,7 +10,7 @@ use super::variation::NoiseSource;
 use super::{Carrier, Hand, HandCommand, HandModel, HandState, SensorNoise};
 use crate::control::{ImpedanceController, MeasuredState, Reference};
 use crate::math::Pose;
-use crate::robot::{ArmModel, GRAVITY, JointVector};
+use crate::robot::{ArmModel, GRAVITY, JointVector, Kinematics};
 use crate::tool::{ConvexPart, ToolSet};
 use crate::twin::rapier_plant::{to_rapier, to_rapier_vector};
 use crate::twin::{Plant, RapierPlant, TipForce};
@@ -133,7 +133,6 @@ impl GraspWorld {
     /// # Errors
     /// A state that is no longer finite.
     pub fn step(&mut self, grip: &Pose, command: &HandCommand) -> Result<(), GraspError> {
-        let broken = GraspError::NotFinite { steps: self.steps };
         let (step, _) = toward(&self.believed, &self.wish, grip);
         // a wish that jumps is followed within the joints' speed limits
         let mut next = self.wish;
@@ -149,6 +148,17 @@ impl GraspWorld {
         let k = self.believed.kinematics(&before.q);
         let torque = self.controller.torque(&before, &k, &reference, DT).torque;
         self.hand.command(*command);
+        self.drive(&torque, &TipForce::default(), &k)
+    }
+
+    /// One step of [`DT`] under joint torques (N m) and a force on the tool, the hand as it was last told; `k` are the arm's
+    /// kinematics now.
+    ///
+    /// # Errors
+    /// A state that is no longer finite.
+    pub fn drive(&mut self, torque: &JointVector, pen: &TipForce, k: &Kinematics) -> Result<(), GraspError> {
+        let broken = GraspError::NotFinite { steps: self.steps };
+        let before = *self.plant.state(0);
         let w = self.plant.world_mut();
         self.hand.drive(w, DT).ok_or(broken)?;
         let tool = &mut w.bodies[self.tool];
@@ -159,12 +169,17 @@ impl GraspWorld {
             let at = tool.position().transform_point(to_rapier_vector(&tip.coords));
             tool.add_force_at_point(to_rapier_vector(&self.pull), at, false);
         }
-        self.plant.step(&[torque], &[TipForce::default()], &[k]).map_err(|_| broken)?;
+        if pen.force != Vector3::zeros() {
+            let at = to_rapier_vector(&pen.point.coords);
+            tool.add_force_at_point(to_rapier_vector(&pen.force), at, true);
+        }
+        self.plant.step(&[*torque], &[TipForce::default()], &[*k]).map_err(|_| broken)?;
         self.steps += 1;
 
         // what moved the hand beyond the joint torques: J^T w = M qdd + C qd + g - tau
         let after = self.plant.state(0);
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+        let k = self.believed.kinematics(&before.q);
         let excess = self.believed.inverse_dynamics(&k, &before.qd, &((after.qd - before.qd) / DT), &gravity) - torque;
         let j = k.jacobian();
         if let Some(factor) = (j * j.transpose()).cholesky() {
@@ -189,6 +204,28 @@ impl GraspWorld {
     /// True joint state of the arm.
     pub fn state(&self) -> &MeasuredState {
         self.plant.state(0)
+    }
+
+    /// Takes it that these joints (rad), at rest, were wished last: something else has led the arm there.
+    pub fn led_to(&mut self, wish: JointVector) {
+        (self.wish, self.wish_qd) = (wish, JointVector::zeros());
+    }
+
+    /// True mass of the tool, kg.
+    pub fn tool_mass(&self) -> f64 {
+        self.set.tool.mass
+    }
+
+    /// True pen tip, m, world.
+    pub fn tool_tip(&self) -> Point3<f64> {
+        self.world_from_tool() * self.set.tool.pen_tip()
+    }
+
+    /// Its velocity, m/s, world.
+    pub fn tool_tip_velocity(&self) -> Vector3<f64> {
+        let body = &self.plant.world().bodies[self.tool];
+        let v = body.velocity_at_point(to_rapier_vector(&self.tool_tip().coords));
+        Vector3::new(v.x, v.y, v.z)
     }
 
     /// Joints that were wished last, rad.

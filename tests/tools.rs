@@ -1,0 +1,163 @@
+//! Arms that fetch their pens: what they draw, what they refuse, and how they stop.
+use std::path::{Path, PathBuf};
+
+use calamus::report::OutputDir;
+use calamus::run::{Cache, Outcome, RunError, Silent, Until, evaluate, run};
+use calamus::scenario::{Override, Scenario};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn scenario(name: &str, sets: &[&str]) -> Scenario {
+    let sets: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
+    Scenario::read(&root().join(format!("scenarios/{name}.toml")), &sets).unwrap()
+}
+
+/// A folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tools-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+/// Points of a drawing in an SVG, mm.
+fn ink(folder: &Path) -> Vec<[f64; 2]> {
+    let svg = std::fs::read_to_string(folder.join("drawing.svg")).unwrap();
+    let mut points = Vec::new();
+    for path in svg.split(" d=\"").skip(1) {
+        let numbers = path.split('"').next().unwrap().replace(['M', 'L'], " ");
+        points.extend(numbers.split_whitespace().map(|pair| {
+            let (x, y) = pair.split_once(',').unwrap();
+            [x.parse().unwrap(), y.parse().unwrap()]
+        }));
+    }
+    points
+}
+
+/// Distance from a point to a line through points that are close together, mm.
+fn distance(p: &[f64; 2], line: &[[f64; 2]]) -> f64 {
+    let to = |a: &[f64; 2], b: &[f64; 2]| {
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let (x, y) = (p[0] - a[0], p[1] - a[1]);
+        let along = ((x * dx + y * dy) / (dx * dx + dy * dy).max(1e-12)).clamp(0.0, 1.0);
+        (x - along * dx).hypot(y - along * dy)
+    };
+    line.windows(2).map(|w| to(&w[0], &w[1])).fold(f64::INFINITY, f64::min)
+}
+
+const QUICK: [&str; 4] =
+    ["drawing.width_mm=60", "render.views=[]", "render.tool_stages=false", "render.drawing_px=200"];
+
+fn drawn(name: &str, sets: &[&str]) -> (Outcome, PathBuf) {
+    let all = [&QUICK, sets].concat();
+    let folder = folder(name);
+    let out = OutputDir::check(&folder).unwrap();
+    (run(&scenario("tool_change", &all), Until::End, &out, &Silent).unwrap(), folder)
+}
+
+#[test]
+fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
+    let (rigid, a) = drawn("rigid", &[]);
+    let (physics, b) = drawn("physics", &["tools.hold=physics"]);
+    for outcome in [&rigid, &physics] {
+        let tool = outcome.metrics.tool.as_ref().unwrap();
+        assert_eq!((tool.changes, tool.failed), (2, 0));
+        assert!(outcome.metrics.line.as_ref().unwrap().coverage > Some(0.99), "{:?}", outcome.metrics.line);
+    }
+    let (a, b) = (ink(&a), ink(&b));
+    let mut apart: Vec<f64> = a.iter().map(|p| distance(p, &b)).chain(b.iter().map(|p| distance(p, &a))).collect();
+    apart.sort_by(f64::total_cmp);
+    // the ends of lines, where the pen lands, are blots
+    let most = apart[apart.len() * 99 / 100];
+    assert!(most < 0.05, "{most} mm");
+}
+
+#[test]
+fn two_arms_never_meet_and_save_time() {
+    let svg = folder("four").with_extension("svg");
+    let line = |y: u32, color: &str| format!("<path d=\"M5,{y} L55,{y}\" fill=\"none\" stroke=\"{color}\"/>");
+    let lines = [line(10, "#1d4f91"), line(20, "#c02020"), line(30, "#20a040"), line(40, "#202020")].concat();
+    let text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60mm\" height=\"50mm\" viewBox=\"0 0 60 50\">{lines}</svg>"
+    );
+    std::fs::write(&svg, text).unwrap();
+    let source = format!("drawing.source={:?}", svg.to_str().unwrap());
+    let mut both = scenario("tool_change", &[&QUICK[..], &[source.as_str()]].concat());
+    both.arm = None;
+    let cache = Cache::default();
+    let metrics = evaluate(&both, &cache, &Silent).unwrap();
+    let tool = metrics.tool.unwrap();
+    let schedule = tool.schedule.unwrap();
+    assert_eq!((tool.changes, tool.failed), (8, 0));
+    assert!(schedule.distance_planned_mm.unwrap() > 30.0 && schedule.distance_mm.unwrap() > 30.0, "{schedule:?}");
+    assert!(schedule.saved_fraction > 0.25, "{schedule:?}");
+    assert!(metrics.line.unwrap().coverage > Some(0.99));
+    // the same again, to the last bit
+    assert_eq!(metrics.digest, evaluate(&both, &cache, &Silent).unwrap().digest);
+    // a margin that can't be kept is refused
+    both.tools.as_mut().unwrap().margin_mm = 480.0;
+    let refused = evaluate(&both, &cache, &Silent).unwrap_err();
+    assert!(matches!(refused, RunError::TooNear { .. }), "{refused}");
+    // there is no fifth pen
+    let many: String = ["#101010", "#aa0000", "#00aa00", "#0000aa", "#aaaa00"]
+        .iter()
+        .zip([8, 16, 24, 32, 40])
+        .map(|(c, y)| line(y, c))
+        .collect();
+    let text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60mm\" height=\"50mm\" viewBox=\"0 0 60 50\">{many}</svg>"
+    );
+    std::fs::write(&svg, text).unwrap();
+    let one = scenario("tool_change", &[&QUICK[..], &[source.as_str()]].concat());
+    let refused = evaluate(&one, &cache, &Silent).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "5 inks, but in the docks of the arms that draw stand only 4 pens; use fewer inks, or give the robot more"
+    );
+}
+
+#[test]
+fn a_pen_that_can_t_be_fetched_stops_the_run_safely() {
+    let (outcome, folder) = drawn("slippery", &["tools.finger_friction=0"]);
+    let why = outcome.stopped.expect("a hand without friction lifts nothing");
+    assert!(why.starts_with("left gave up fetching a pen"), "{why}");
+    assert_eq!(outcome.metrics.tool.as_ref().unwrap().failed, 1);
+    assert!(folder.join("report.html").exists() && folder.join("tools.csv").exists());
+}
+
+#[test]
+fn what_can_t_be_is_refused_before_anything_moves() {
+    let say = |edit: &dyn Fn(&str) -> String, sets: &[&str]| {
+        let text = std::fs::read_to_string(root().join("robots/dual_ur5e_hands.toml")).unwrap();
+        let file = root().join("robots").join(format!("test-{}.toml", std::process::id()));
+        let text = edit(&text);
+        std::fs::write(&file, text).unwrap();
+        let mut s = scenario("tool_change", &[&QUICK[..], sets].concat());
+        s.robot = file.clone();
+        let error = evaluate(&s, &Cache::default(), &Silent).map(|_| ());
+        std::fs::remove_file(&file).unwrap();
+        error.unwrap_err().to_string()
+    };
+    let tool = std::fs::read_to_string(root().join("tools/pen_tool.toml")).unwrap();
+    let wide = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wide_tool.toml");
+    std::fs::write(&wide, tool.replace("width_mm = 75.2", "width_mm = 139")).unwrap();
+    let far = say(&|t| t.replacen("xyz_mm = [680, 580, 432]", "xyz_mm = [1680, 580, 432]", 1), &[]);
+    assert!(far.contains("dock 0 of arm left is out of its reach"), "{far}");
+    let no_docks = |t: &str| {
+        let kept = t.lines().filter(|l| !l.trim_start().starts_with("{ xyz_mm"));
+        kept.collect::<Vec<_>>().join("\n")
+    };
+    let none = say(&no_docks, &[]);
+    assert!(none.contains("stand only 0 pens"), "{none}");
+    let missing = say(&|t| t.replace("432]", "432], empty = true"), &[]);
+    assert!(missing.contains("stand only 0 pens"), "{missing}");
+    let broad = say(&|t| t.replace("../tools/pen_tool.toml", wide.to_str().unwrap()), &[]);
+    assert!(broad.contains("mm wide, more than the open hand's"), "{broad}");
+    let off = say(&str::to_string, &["canvas.offset_mm=[1500, 0]"]);
+    assert!(off.contains("off the canvas") || off.contains("reach") || off.contains("canvas"), "{off}");
+    let mut empty = scenario("tool_change", &QUICK);
+    empty.tools = None;
+    let error = evaluate(&empty, &Cache::default(), &Silent).unwrap_err();
+    assert!(error.to_string().contains("has a gripper and no pen"), "{error}");
+}
