@@ -13,7 +13,7 @@ mod tile;
 mod trace;
 
 pub use error::InkError;
-pub use pen::{NibSpring, PenModel, TipShape};
+pub use pen::{Drying, NibSpring, PenModel, TipShape};
 pub use raster::{RasterOptions, rasterise};
 pub use recorder::{InkRecorder, NibContact, PenState};
 pub use trace::{InkPoint, InkStroke, InkTrace, StrokeId, TraceInk};

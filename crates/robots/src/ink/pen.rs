@@ -80,6 +80,26 @@ pub struct PenModel {
     pub line_length: f64,
     /// The last share of the volume over which the line fades, 0..1.
     pub fade_share: f64,
+    /// How the nib dries in the open; `None` when it doesn't.
+    pub drying: Option<Drying>,
+}
+
+/// How a nib dries that is neither capped nor drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drying {
+    /// Time in the open after which its line begins to fade, s.
+    pub open: f64,
+    /// Time after that in which the line's density falls to 1/e, s.
+    pub fade: f64,
+    /// Length of line that brings the ink back, m: what is left of the drying falls to 1/e.
+    pub recovery: f64,
+}
+
+impl Drying {
+    /// Share of the density that a nib gives which has been in the open for `time` s.
+    pub fn share(&self, time: f64) -> f64 {
+        (-((time - self.open).max(0.0) / self.fade)).exp()
+    }
 }
 
 /// The pens that come with the program: name and TOML text.
@@ -117,7 +137,7 @@ impl PenModel {
     pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
         let pen: PenFile = config::parse(text, file)?;
         pen.check().map_err(|(key, message)| config::invalid(text, file, key, message))?;
-        let PenFile { name, nib, contact, force, flow, reservoir } = pen;
+        let PenFile { name, nib, contact, force, flow, reservoir, drying } = pen;
         Ok(Self {
             name,
             tip: nib.tip,
@@ -145,6 +165,7 @@ impl PenModel {
             volume: reservoir.volume_ml * 1e-6,
             line_length: reservoir.line_m,
             fade_share: reservoir.fade_share,
+            drying: drying.map(|d| Drying { open: d.open_s, fade: d.fade_s, recovery: d.recovery_mm * 1e-3 }),
         })
     }
 
@@ -250,6 +271,7 @@ struct PenFile {
     force: ForceTable,
     flow: FlowTable,
     reservoir: ReservoirTable,
+    drying: Option<DryingTable>,
 }
 
 #[derive(Deserialize)]
@@ -301,6 +323,14 @@ struct ReservoirTable {
     fade_share: f64,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DryingTable {
+    open_s: f64,
+    fade_s: f64,
+    recovery_mm: f64,
+}
+
 impl PenFile {
     /// Every number against its range; the key and what would be right of the first that is out.
     fn check(&self) -> Result<(), (&'static str, String)> {
@@ -331,7 +361,14 @@ impl PenFile {
             ("reservoir.line_m", reservoir.line_m, 1e-3, 1e9),
             ("reservoir.fade_share", reservoir.fade_share, 1e-3, 1.0),
         ];
-        for (key, value, low, high) in ranges {
+        let drying = self.drying.iter().flat_map(|d| {
+            [
+                ("drying.open_s", d.open_s, 0.0, 1e7),
+                ("drying.fade_s", d.fade_s, 1e-3, 1e7),
+                ("drying.recovery_mm", d.recovery_mm, 1e-3, 1e4),
+            ]
+        });
+        for (key, value, low, high) in ranges.into_iter().chain(drying) {
             if !(low..=high).contains(&value) {
                 return Err((key, format!("`{key}` is {value}, but must lie between {low} and {high}")));
             }

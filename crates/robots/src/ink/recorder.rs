@@ -35,12 +35,14 @@ pub struct PenState {
     pub spot: f64,
     /// Where the nib was in the last step, m, world; `None` when it was not on the canvas.
     pub position: Option<Point3<f64>>,
+    /// How long the nib has dried in the open, s; drawing makes it less.
+    pub open: f64,
 }
 
 impl PenState {
     /// A full pen off the canvas.
     pub fn full(pen: &PenModel) -> Self {
-        Self { left: pen.volume, wetting_time: 0.0, spot: 0.0, position: None }
+        Self { left: pen.volume, wetting_time: 0.0, spot: 0.0, position: None, open: 0.0 }
     }
 
     /// One physics step of `dt`, s: the width, m, and density of what the nib leaves, or `None` where it leaves nothing
@@ -55,6 +57,7 @@ impl PenState {
     pub fn step(&mut self, pen: &PenModel, dt: f64, contact: Option<&NibContact>) -> Option<(f64, f64)> {
         let Some(contact) = contact.filter(|c| c.normal_force >= pen.force_min && c.normal_force > 0.0) else {
             self.position = None;
+            self.open += dt;
             return None;
         };
         let width = pen.contact_width(contact.normal_force);
@@ -64,9 +67,16 @@ impl PenState {
         };
         let rate = contact.slip_speed / width;
         self.wetting_time = (before + dt) / (1.0 + rate * rate * before * dt);
-        let density = pen.density(self.wetting_time, contact.slip_speed, width) * pen.fade(self.left);
+        let density = pen.density(self.wetting_time, contact.slip_speed, width)
+            * pen.fade(self.left)
+            * pen.drying.map_or(1.0, |d| d.share(self.open));
         let travelled = self.position.map_or(0.0, |last| (contact.position - last).norm());
         self.position = Some(contact.position);
+        if let Some(d) = &pen.drying {
+            // what lies beyond the open time has dried, and comes back with the line; a nib that draws wet begins anew
+            let dried = (self.open - d.open).max(0.0) * (-travelled / d.recovery).exp();
+            self.open = if dried > 1e-9 { d.open + dried } else { 0.0 };
+        }
         if density < pen.density_min {
             self.spot = 0.0;
             return None;
@@ -125,6 +135,11 @@ impl InkRecorder {
     pub fn new(pen: PenModel, ink: u32, arm: u32) -> Self {
         let state = PenState::full(&pen);
         Self { pen, state, ink, arm, strokes: Vec::new(), drawing: false, latest: None }
+    }
+
+    /// Caps the pen, or stands it in a dock whose seal closes: its nib is wet again.
+    pub fn cap(&mut self) {
+        self.state.open = 0.0;
     }
 
     /// The pen.
@@ -337,6 +352,35 @@ mod tests {
                 assert!((drawn / gone - 1.0).abs() < 0.03, "{pen} at {force} N, {speed} m/s: {drawn} of {gone}");
             }
         }
+    }
+
+    #[test]
+    fn a_pen_left_in_the_open_fades_draws_itself_wet_and_is_fresh_after_its_cap() {
+        let drying = crate::ink::Drying { open: 1.0, fade: 1.0, recovery: 5e-3 };
+        let density_after = |open: u32, cap: bool| {
+            let mut r = recorder("fineliner_08");
+            r.pen.drying = Some(drying);
+            for i in 0..open {
+                r.step(DT, f64::from(i) * DT, None, STROKE, flat);
+            }
+            if cap {
+                r.cap();
+            }
+            let began = f64::from(open) * DT;
+            for i in 0..1000 {
+                let c = contact(f64::from(i) * 4e-5, 1.0, 0.04);
+                r.step(DT, began + f64::from(i) * DT, Some(&c), STROKE, flat);
+            }
+            let points = &r.strokes[0].points;
+            [points[3].density, points[points.len() - 1].density]
+        };
+        let [fresh, steady] = density_after(0, false);
+        assert_eq!(density_after(900, false), [fresh, steady]);
+        assert_eq!(density_after(3000, true), [fresh, steady]);
+        let [dry, recovered] = density_after(3000, false);
+        // two seconds beyond its time: 1/e^2, but for the first half millimetre of line
+        assert!((0.1..0.25).contains(&(dry / fresh)), "{dry} of {fresh}");
+        assert!(recovered > 0.99 * steady, "{recovered} of {steady}");
     }
 
     #[test]

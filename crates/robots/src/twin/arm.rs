@@ -213,13 +213,16 @@ impl ArmRun {
         }
         let fresh = || InkRecorder::new(pens[layer].pen.clone(), layer as u32, self.index as u32);
         let taken = self.shelf.remove(&layer).unwrap_or_else(fresh);
-        self.shelf.insert(self.layer, std::mem::replace(&mut self.recorder, taken));
+        let mut put_down = std::mem::replace(&mut self.recorder, taken);
+        put_down.cap();
+        self.shelf.insert(self.layer, put_down);
         self.layer = layer;
     }
 
     /// Goes on as `arm`, at rest at its start, with the pen of `layer`.
     pub(crate) fn go_on_as(&mut self, arm: TwinArm, layer: usize, pens: &[LayerPen]) {
         self.take_pen(layer, pens);
+        self.recorder.cap();
         self.wish = Reference::rest(arm.start);
         self.arm = arm;
         self.nib = Nib::default();
