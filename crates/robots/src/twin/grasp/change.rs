@@ -184,6 +184,8 @@ const FINGER_TOLERANCE: f64 = 0.06;
 const HALF_TOLERANCE: f64 = 0.18;
 /// How far second joints may, rad.
 const WRAP_TOLERANCE: f64 = 0.12;
+/// Share of the speed at which a pen is pushed against its dock: the arm's mass strikes what it meets.
+const PUSHING: f64 = 0.15;
 /// Share of the speed at which a pen goes down to a dock that it may meet beside the mouth.
 const LOWERING: f64 = 0.5;
 /// How far a lowered pen is pushed sideways, m, to feel that it stands in its dock, and the least force there, N. Outside it at most
@@ -446,7 +448,11 @@ impl ToolChange {
         self.time += dt * self.compliance.pace(force.norm(), dt);
         self.hand = step.hand;
         let length = (step.to.translation.vector - self.from.translation.vector).norm();
-        let share = if step.stage == Stage::Lower { LOWERING } else { 1.0 };
+        let share = match (step.wall, step.stage) {
+            (Some(_), _) => PUSHING,
+            (None, Stage::Lower) => LOWERING,
+            _ => 1.0,
+        };
         let duration = (length / (share * self.options.speed)).max(0.05);
         self.way = self.from.lerp_slerp(&step.to, minimum_jerk((self.time / duration).min(1.0)));
         self.goal = self.compliance.yielded(&self.way);
