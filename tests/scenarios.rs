@@ -29,6 +29,9 @@ fn smaller(name: &str) -> &'static [&'static str] {
         // one of the three is drawn as it is
         "touched_cone" | "touched_tank" => &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=70"],
         "scanned_column" => &["drawing.height_mm=80"],
+        "tool_change" => &["render.tool_stages=false"],
+        "four_colours" => &["drawing.painterly.strokes=16", "drawing.height_mm=80"],
+        "cmyk_tsp" => &["drawing.tsp.points=400", "drawing.height_mm=40"],
         _ => &[],
     }
 }
@@ -36,7 +39,7 @@ fn smaller(name: &str) -> &'static [&'static str] {
 /// Draws a scenario without views and gives its figures and the folder that it wrote.
 fn drawn(file: &Path, plant: &str) -> (Scenario, Metrics, tempfile::TempDir) {
     let plant = format!("sim.plant=\"{plant}\"");
-    let set = [plant.as_str(), "render.views=[]", "render.drawing_px=800"];
+    let set = [plant.as_str(), "render.views=[]", "render.camera=[]", "render.drawing_px=800"];
     let smaller = smaller(file.file_stem().unwrap().to_str().unwrap());
     let overrides: Vec<Override> = set.iter().chain(smaller).map(|s| s.parse().unwrap()).collect();
     let scenario = Scenario::read(file, &overrides).unwrap();
@@ -126,8 +129,10 @@ macro_rules! each {
 }
 
 each!(
+    cmyk_tsp,
     column_figure,
     first_light,
+    four_colours,
     grid_plane,
     hatching,
     hemisphere_grid,
@@ -143,6 +148,7 @@ each!(
     plank_wall,
     scanned_column,
     stylus_signature,
+    tool_change,
     touched_bucket,
     touched_cone,
     touched_tank,

@@ -119,8 +119,8 @@ fn two_arms_never_meet_and_save_time() {
 
 #[test]
 fn a_pen_that_can_t_be_fetched_stops_the_run_safely() {
-    let (outcome, folder) = drawn("slippery", &["tools.finger_friction=0"]);
-    let why = outcome.stopped.expect("a hand without friction lifts nothing");
+    let (outcome, folder) = drawn("slippery", &["tools.finger_friction=0", "tools.plates=false"]);
+    let why = outcome.stopped.expect("without friction and plates a hand lifts nothing");
     assert!(why.starts_with("left gave up fetching a pen"), "{why}");
     assert_eq!(outcome.metrics.tool.as_ref().unwrap().failed, 1);
     assert!(folder.join("report.html").exists() && folder.join("tools.csv").exists());

@@ -602,22 +602,38 @@ impl MetricPath {
 mod tests {
     use super::*;
 
-    /// Dotted paths of every number in the schema of [`Metrics`].
+    /// Keys of `tool.stages`.
+    const STAGES: [&str; 4] = ["approach", "half_grasp", "lift", "full_grasp"];
+
+    /// Dotted paths of every number in the schema of [`Metrics`] but for the angles of the first pen's tip, which are those of its tool.
     fn numbers(schema: &serde_json::Value) -> Vec<String> {
         let is_number = |p: &serde_json::Value| {
             let text = p["type"].to_string();
             text.contains("\"number\"") || text.contains("\"integer\"")
         };
         let mut paths = Vec::new();
-        for (section, property) in schema["properties"].as_object().unwrap() {
-            let text = property.to_string();
-            let Some(name) = text.split("#/$defs/").nth(1).and_then(|t| t.split('"').next()) else { continue };
-            for (leaf, property) in schema["$defs"][name]["properties"].as_object().unwrap() {
-                if is_number(property) {
-                    paths.push(format!("{section}.{leaf}"));
+        let mut open = vec![(String::new(), schema)];
+        while let Some((path, object)) = open.pop() {
+            for (key, property) in object["properties"].as_object().unwrap() {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                if is_number(property) && path.contains('.') {
+                    paths.push(path);
+                    continue;
+                }
+                let text = property.to_string();
+                // lists aren't figures
+                if text.contains("\"items\"") {
+                    continue;
+                }
+                let Some(name) = text.split("#/$defs/").nth(1).and_then(|t| t.split('"').next()) else { continue };
+                let inner = &schema["$defs"][name];
+                match text.contains("additionalProperties") {
+                    true => open.extend(STAGES.iter().map(|stage| (format!("{path}.{stage}"), inner))),
+                    false => open.push((path, inner)),
                 }
             }
         }
+        paths.retain(|p| !p.starts_with("tool.tip.") || p.ends_with("_mm"));
         paths.sort();
         paths
     }

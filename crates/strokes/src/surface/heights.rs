@@ -273,7 +273,8 @@ mod tests {
             });
             prop_assume!(spread);
             let error = tree.surface().height(&Point2::new(at.0, at.1)) - plane(at);
-            prop_assert!(error.abs() < 2e-5, "{error}");
+            // three places in a thin triangle tell a plane far from them by some hundred times what they were smoothed by
+            prop_assert!(error.abs() < 5e-5, "{error}");
         }
 
         #[test]
