@@ -1,5 +1,5 @@
 //! How near two arms come to each other in time.
-use crate::robot::{ArmModel, Capsule, JointKind, JointVector};
+use crate::robot::{ArmModel, Capsule, JointVector};
 
 /// The least distance between two arms, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,20 +43,6 @@ fn distance(a: (&ArmModel, &JointVector), b: (&ArmModel, &JointVector)) -> f64 {
     a.iter().flat_map(|c| b.iter().map(|d| c.distance(d))).fold(f64::INFINITY, f64::min)
 }
 
-/// Largest distance of any point of the arm from each joint's axis, m; 1 of joints that slide.
-fn reach(arm: &ArmModel) -> JointVector {
-    let mut reach = JointVector::zeros();
-    let mut beyond = arm.last_from_tip.translation.vector.norm();
-    for i in (0..arm.dof()).rev() {
-        for c in &arm.links[i + 1].capsules {
-            beyond = beyond.max(c.radius + c.a.coords.norm().max(c.b.coords.norm()));
-        }
-        reach[i] = if arm.joints[i].kind == JointKind::Revolute { beyond } else { 1.0 };
-        beyond += arm.joints[i].parent_from_joint.translation.vector.norm();
-    }
-    reach
-}
-
 /// The least distance between two arms while either moves, looked at every `period` (s). Instants at which they can't be nearer than
 /// before, by how far they have moved since the last look, are passed over.
 pub(super) fn nearest(a: &Motion, b: &Motion, period: f64) -> Option<Nearest> {
@@ -68,7 +54,7 @@ pub(super) fn nearest(a: &Motion, b: &Motion, period: f64) -> Option<Nearest> {
         let t = i as f64 * period;
         joints.push((a.at(t, &mut ca), b.at(t, &mut cb)));
     }
-    let (ra, rb) = (reach(a.arm), reach(b.arm));
+    let (ra, rb) = (a.arm.reach(), b.arm.reach());
     // how far all points of both arms together have moved at most
     let mut moved = vec![0.0; count];
     for i in 1..count {

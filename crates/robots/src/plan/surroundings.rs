@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use crate::math::Pose;
 use crate::mesh::TriMesh;
 use crate::plan::PlanOptions;
-use crate::robot::{ArmModel, Capsule, JointKind, JointVector, Kinematics, LinkPairs, MAX_DOF};
+use crate::robot::{ArmModel, Capsule, JointVector, Kinematics, LinkPairs, MAX_DOF};
 
 /// Whether the nib may be on the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,22 +93,6 @@ impl<'a> Surroundings<'a> {
             let (a, b) = (last[i].a, last[i].b);
             if (a - tip).norm() < (b - tip).norm() { a } else { b }
         });
-        let mut beyond = tip.coords.norm();
-        let mut reach = JointVector::zeros();
-        for i in (0..arm.dof()).rev() {
-            for c in &arm.links[i + 1].capsules {
-                beyond = beyond.max(c.radius + c.a.coords.norm().max(c.b.coords.norm()));
-            }
-            reach[i] = match arm.joints[i].kind {
-                JointKind::Revolute => beyond,
-                JointKind::Prismatic => {
-                    // a track without ends is taken for a hall
-                    beyond += arm.joints[i].lower.abs().max(arm.joints[i].upper.abs()).min(100.0);
-                    1.0
-                }
-            };
-            beyond += arm.joints[i].parent_from_joint.translation.vector.norm();
-        }
         Self {
             arm,
             canvas,
@@ -119,7 +103,7 @@ impl<'a> Surroundings<'a> {
             press_depth: options.press.largest(),
             pen,
             nib: Capsule { a: root, b: tip, radius: 0.0 },
-            reach,
+            reach: arm.reach(),
         }
     }
 

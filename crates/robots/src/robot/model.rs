@@ -146,4 +146,28 @@ impl ArmModel {
     pub fn dof(&self) -> usize {
         self.joints.len()
     }
+
+    /// Largest distance of any point of the arm's capsules and tip from each joint's axis, m; 1 of joints that slide. What lies
+    /// behind a sliding joint may be as far out as it slides.
+    pub fn reach(&self) -> JointVector {
+        // a track without ends is taken for a hall
+        const HALL: f64 = 100.0;
+        let mut reach = JointVector::zeros();
+        let mut beyond = self.last_from_tip.translation.vector.norm();
+        for i in (0..self.dof()).rev() {
+            for c in &self.links[i + 1].capsules {
+                beyond = beyond.max(c.radius + c.a.coords.norm().max(c.b.coords.norm()));
+            }
+            let joint = &self.joints[i];
+            reach[i] = match joint.kind {
+                JointKind::Revolute => beyond,
+                JointKind::Prismatic => {
+                    beyond += joint.lower.abs().max(joint.upper.abs()).min(HALL);
+                    1.0
+                }
+            };
+            beyond += joint.parent_from_joint.translation.vector.norm();
+        }
+        reach
+    }
 }

@@ -1,7 +1,7 @@
 //! What carries a hand: any arm of six joints or more, or a plain gantry.
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Rotation3, UnitQuaternion, Vector3, Vector6};
 
-use super::HandModel;
+use super::{HandModel, last_from_grip};
 use crate::control::ImpedanceOptions;
 use crate::math::{Pose, rotation_vector};
 use crate::robot::{ArmModel, JointKind, JointModel, JointVector, LinkModel, SpatialInertia};
@@ -26,11 +26,7 @@ const STIFFNESS: [f64; 2] = [2000.0, 200.0];
 impl Carrier {
     /// A hand on the tip frame of `arm` (z out of the flange), its z up where the flange's y is up.
     pub fn new(arm: &ArmModel, hand: &HandModel, home: JointVector) -> Self {
-        // columns: where x, y, z of the grip frame point in the flange's
-        let turn = Matrix3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0);
-        let turn = rotation(turn);
-        let flange_from_grip = Isometry3::from_parts(Vector3::new(0.0, 0.0, hand.mount).into(), turn);
-        let last_from_grip = arm.last_from_tip * flange_from_grip;
+        let last_from_grip = last_from_grip(arm, hand);
         let with = |body: SpatialInertia| {
             let mut arm = arm.clone();
             if let Some(last) = arm.links.last_mut() {

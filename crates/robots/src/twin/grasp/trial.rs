@@ -287,8 +287,7 @@ impl TrialSetup {
 
     /// Pose of a perfectly held tool in the grip frame: back on the palm, plates on the fingers.
     pub fn grip_from_held(&self) -> Pose {
-        let gap = self.set.tool.plates.map_or(0.0, |p| p.gap);
-        Pose::translation(super::PALM_FACE, 0.0, -gap)
+        super::grip_from_held(&self.set)
     }
 
     pub(super) fn stage_pose(&self, stage: Stage, world: &GraspWorld) -> StagePose {
