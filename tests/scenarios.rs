@@ -30,7 +30,7 @@ fn smaller(name: &str) -> &'static [&'static str] {
         "touched_cone" | "touched_tank" => &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=70"],
         "scanned_column" => &["drawing.height_mm=80"],
         "tool_change" => &["render.tool_stages=false"],
-        "four_colours" => &["drawing.painterly.strokes=16", "drawing.height_mm=80"],
+        "four_colours" => &["drawing.painterly.strokes=6", "drawing.height_mm=60"],
         "cmyk_tsp" => &["drawing.tsp.points=400", "drawing.height_mm=40"],
         _ => &[],
     }

@@ -27,9 +27,10 @@ fn ink(folder: &Path) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for path in svg.split(" d=\"").skip(1) {
         let numbers = path.split('"').next().unwrap().replace(['M', 'L'], " ");
-        points.extend(numbers.split_whitespace().map(|pair| {
-            let (x, y) = pair.split_once(',').unwrap();
-            [x.parse().unwrap(), y.parse().unwrap()]
+        // a pen's dot has no second point
+        points.extend(numbers.split_whitespace().filter_map(|pair| {
+            let (x, y) = pair.split_once(',')?;
+            Some([x.parse().ok()?, y.parse().ok()?])
         }));
     }
     points
@@ -47,7 +48,7 @@ fn distance(p: &[f64; 2], line: &[[f64; 2]]) -> f64 {
 }
 
 const QUICK: [&str; 4] =
-    ["drawing.width_mm=60", "render.views=[]", "render.tool_stages=false", "render.drawing_px=200"];
+    ["drawing.width_mm=40", "render.views=[]", "render.tool_stages=false", "render.drawing_px=200"];
 
 fn drawn(name: &str, sets: &[&str]) -> (Outcome, PathBuf) {
     let all = [&QUICK, sets].concat();
@@ -75,9 +76,9 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
 
 #[test]
 fn two_arms_never_meet_and_save_time() {
-    let svg = folder("four").with_extension("svg");
+    let svg = folder("two").with_extension("svg");
     let line = |y: u32, color: &str| format!("<path d=\"M5,{y} L55,{y}\" fill=\"none\" stroke=\"{color}\"/>");
-    let lines = [line(10, "#1d4f91"), line(20, "#c02020"), line(30, "#20a040"), line(40, "#202020")].concat();
+    let lines = [line(10, "#1d4f91"), line(30, "#c02020")].concat();
     let text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60mm\" height=\"50mm\" viewBox=\"0 0 60 50\">{lines}</svg>"
     );
@@ -89,7 +90,7 @@ fn two_arms_never_meet_and_save_time() {
     let metrics = evaluate(&both, &cache, &Silent).unwrap();
     let tool = metrics.tool.unwrap();
     let schedule = tool.schedule.unwrap();
-    assert_eq!((tool.changes, tool.failed), (8, 0));
+    assert_eq!((tool.changes, tool.failed), (4, 0));
     assert!(schedule.distance_planned_mm.unwrap() > 30.0 && schedule.distance_mm.unwrap() > 30.0, "{schedule:?}");
     assert!(schedule.saved_fraction > 0.25, "{schedule:?}");
     assert!(metrics.line.unwrap().coverage > Some(0.99));
