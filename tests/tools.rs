@@ -75,6 +75,18 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
 }
 
 #[test]
+fn a_pen_that_is_pressed_hard_is_held_by_friction_whatever_was_wished() {
+    let digest = |sets: &[&str]| {
+        let hard = ["pen.press_depth_mm=24", "drawing.width_mm=12", "sim.plant=articulated"];
+        let scenario = scenario("tool_change", &[&QUICK[1..], &hard, sets].concat());
+        let metrics = evaluate(&scenario, &Cache::default(), &Silent).unwrap();
+        assert!(metrics.contact.unwrap().force_max_n.unwrap() > 7.0);
+        metrics.digest.unwrap()
+    };
+    assert_eq!(digest(&[]), digest(&["tools.hold=physics"]));
+}
+
+#[test]
 fn two_arms_never_meet_and_save_time() {
     let svg = folder("two").with_extension("svg");
     let line = |y: u32, color: &str| format!("<path d=\"M5,{y} L55,{y}\" fill=\"none\" stroke=\"{color}\"/>");

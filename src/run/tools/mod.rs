@@ -230,7 +230,7 @@ pub(super) fn draw(
             };
             work(&site, kit, tasks, &mut |_| {
                 let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                progress.advance(done as u64);
+                progress.advance(done.min(count) as u64);
             })
         })
         .collect::<Result<_, RunError>>()?;

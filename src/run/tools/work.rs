@@ -14,6 +14,9 @@ use crate::twin::{Record, Simulation, Surroundings, TwinArm, TwinOptions};
 
 /// How far a fetched tool is raised straight up from over its dock, m.
 const RAISE: f64 = 0.05;
+/// Force on the pen's tip up to which a grasp is as good as rigid, N: a minute's pull of 5 N across and 5 N along the pen moves its tip by
+/// less than a twentieth of a millimetre. Where a pen is pressed harder, its grasp is simulated.
+const GRIP_BEARS: f64 = 7.0;
 /// A tool farther from its seat than this when its arm gave up is no longer in its dock, m.
 const LEFT: f64 = 0.02;
 
@@ -109,12 +112,25 @@ fn reversed(trajectory: &Trajectory) -> Trajectory {
     Trajectory::new(back.collect())
 }
 
+/// How a task ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ended {
+    /// Well.
+    Done,
+    /// The arm gave up.
+    Stopped,
+    /// A pen that was taken to be held as one body with the hand was pressed harder than the grasp surely bears.
+    Overloaded,
+}
+
 /// An arm at work.
 struct Worker<'a> {
     site: &'a Site<'a>,
     kit: &'a Kit<'a>,
     simulation: Simulation<'a>,
     done: Worked,
+    /// Largest normal force on the pen in the motion before, N.
+    peak: f64,
     /// Where the wished motion rests, rad.
     at: JointVector,
 }
@@ -127,7 +143,8 @@ impl Worker<'_> {
             self.at = end_of(&last.trajectory);
         }
         let mut plan = crate::plan::Plan { arms: vec![crate::plan::ArmPlan { arm: 0, segments }] };
-        self.simulation.execute(&plan, None, &mut |_| ())?;
+        let executed = self.simulation.execute(&plan, None, &mut |_| ())?;
+        self.peak = executed.arms.iter().map(|a| a.peak).fold(0.0, f64::max);
         for mut segment in plan.arms.remove(0).segments {
             segment.start += began;
             self.done.segments.push(segment);
@@ -195,8 +212,8 @@ impl Worker<'_> {
         self.done.stopped = Some(Stop { reason, dropped });
     }
 
-    /// One pen: fetched, drawn with, and brought back. False when the arm had to stop.
-    fn task(&mut self, task: &Task) -> Result<bool, RunError> {
+    /// One pen: fetched, drawn with, and brought back.
+    fn task(&mut self, task: &Task, hold: Hold) -> Result<Ended, RunError> {
         let (site, kit) = (self.site, self.kit);
         let home = kit.arm.home;
         let broken = |source| RunError::Grasp { arm: kit.arm.model.name.clone(), source };
@@ -215,13 +232,13 @@ impl Worker<'_> {
         let tip_error = pick.succeeded.then(|| kit.tip_error(&session.world().grip_from_tool()));
         if !self.changed(task, pick, tip_error, None) {
             self.stop("fetching a pen", &session);
-            return Ok(false);
+            return Ok(Ended::Stopped);
         }
         // up from over the dock and away, with the pen as the grasp left it
         let [start, wish] = session.joints();
         let controller = || options::controller(site.scenario, &believed);
         self.simulation.go_on_as(0, TwinArm { model: truly.clone(), controller: controller(), start }, task.layer)?;
-        if site.tools.hold == Hold::Physics {
+        if hold == Hold::Physics {
             self.simulation.go_on_in(Box::new(session.plant()));
         }
         let full = Ways::new(site, &believed, &home, &rest);
@@ -231,10 +248,13 @@ impl Worker<'_> {
         let away = full.travel(&over, &home, "from a dock")?;
         self.travels(task.layer, vec![up, away])?;
         self.motion(task.segments.clone(), true)?;
+        if hold == Hold::Rigid && self.peak > GRIP_BEARS {
+            return Ok(Ended::Overloaded);
+        }
         let back = full.travel(&self.at, &over, "back to a dock")?;
         self.travels(task.layer, vec![back, down])?;
 
-        if site.tools.hold == Hold::Physics {
+        if hold == Hold::Physics {
             session.led_to(self.at);
         }
         let put = session.bring_back().map_err(broken)?;
@@ -246,17 +266,35 @@ impl Worker<'_> {
         self.at = wish;
         if !seated {
             self.stop("bringing a pen back", &session);
-            return Ok(false);
+            return Ok(Ended::Stopped);
         }
         let settle = Ways::new(site, &kit.bare, &home, &[]);
         let way = settle.travel(&wish, &setup.carrier.home, "away from a dock")?;
         self.travels(task.layer, vec![way])?;
-        Ok(true)
+        Ok(Ended::Done)
     }
 }
 
-/// Does an arm's tasks, one after another, from its waiting pose and back to it.
+/// Does an arm's tasks, one after another, from its waiting pose and back to it. Where a pen was
+/// pressed harder than its grasp surely bears, all is done over with that pen's grasp simulated while it draws.
 pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut(usize)) -> Result<Worked, RunError> {
+    let mut holds = vec![site.tools.hold; tasks.len()];
+    loop {
+        match attempt(site, kit, tasks, &holds, hear)? {
+            Ok(worked) => return Ok(worked),
+            Err(overloaded) => holds[overloaded] = Hold::Physics,
+        }
+    }
+}
+
+/// The same with the pen of each task held as `holds` says; else the index of the first task that this isn't right for.
+fn attempt(
+    site: &Site,
+    kit: &Kit,
+    tasks: &[Task],
+    holds: &[Hold],
+    hear: &mut dyn FnMut(usize),
+) -> Result<Result<Worked, usize>, RunError> {
     let home = kit.arm.home;
     let controller = options::controller(site.scenario, &kit.bare);
     let twin = TwinArm { model: kit.bare.clone(), controller, start: home };
@@ -270,12 +308,13 @@ pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut(
         changes: Vec::new(),
         stopped: None,
     };
-    let mut worker = Worker { site, kit, simulation, done, at: home };
+    let mut worker = Worker { site, kit, simulation, done, peak: 0.0, at: home };
     for (i, task) in tasks.iter().enumerate() {
-        if !worker.task(task)? {
-            break;
+        match worker.task(task, holds[i])? {
+            Ended::Done => hear(i + 1),
+            Ended::Stopped => break,
+            Ended::Overloaded => return Ok(Err(i)),
         }
-        hear(i + 1);
     }
     if worker.done.stopped.is_none() && !tasks.is_empty() {
         let all = [site.obstacles, &kit.solids(None)?].concat();
@@ -284,5 +323,5 @@ pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut(
     }
     let Worker { simulation, mut done, .. } = worker;
     done.record = simulation.finish(site.colors);
-    Ok(done)
+    Ok(Ok(done))
 }

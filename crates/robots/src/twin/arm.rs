@@ -79,6 +79,8 @@ pub(crate) struct ArmRun {
     layer: usize,
     touching: bool,
     had_contact: bool,
+    /// Largest normal force since `begin`, N.
+    peak: f64,
     pending: VecDeque<JointVector>,
     delay_steps: usize,
     noise: Option<(ChaCha8Rng, f64)>,
@@ -131,6 +133,7 @@ impl ArmRun {
             layer,
             touching: false,
             had_contact: false,
+            peak: 0.0,
             pending: VecDeque::new(),
             delay_steps,
             noise,
@@ -145,13 +148,14 @@ impl ArmRun {
         self.began = time;
         self.segment = 0;
         self.entered = false;
+        self.peak = 0.0;
     }
 
-    /// Ends what `begin` began: the wished motion, and what was felt.
-    pub(crate) fn end(&mut self) -> (Reference, Vec<Felt>) {
+    /// Ends what `begin` began: the wished motion, what was felt, and the largest normal force, N.
+    pub(crate) fn end(&mut self) -> (Reference, Vec<Felt>, f64) {
         self.record.strokes.extend(self.stroke.take());
         let felt = self.sensor.as_mut().map(TipSensor::take).unwrap_or_default();
-        (self.wish, felt)
+        (self.wish, felt, self.peak)
     }
 
     /// Lets the arm feel what it touches.
@@ -374,6 +378,7 @@ impl ArmRun {
         let had_contact = std::mem::replace(&mut self.had_contact, contact.is_some());
         let normal_force = contact.map_or(0.0, |c| c.normal_force);
         r.max_force = r.max_force.max(normal_force);
+        self.peak = self.peak.max(normal_force);
         if contact.is_some() && matches!(kind, SegmentKind::Travel | SegmentKind::ChangePen | SegmentKind::Wait) {
             r.pen_up_contact_steps += 1;
         }

@@ -64,6 +64,8 @@ pub struct ArmEnd {
     pub measured: MeasuredState,
     /// Touches, in time order; empty unless the arms were told to feel.
     pub felt: Vec<Felt>,
+    /// Largest normal force on the pen, N.
+    pub peak: f64,
 }
 
 /// A simulation that goes on from plan to plan, so that later plans can follow from what earlier ones met.
@@ -194,8 +196,8 @@ impl<'a> Simulation<'a> {
             }
         }
         let arms = self.runs.iter_mut().enumerate().map(|(a, run)| {
-            let (reference, felt) = run.end();
-            ArmEnd { reference, measured: *self.plant.state(a), felt }
+            let (reference, felt, peak) = run.end();
+            ArmEnd { reference, measured: *self.plant.state(a), felt, peak }
         });
         let arms = arms.collect();
         Ok(Executed { time: self.time(), stopped, arms })
