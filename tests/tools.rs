@@ -16,7 +16,9 @@ fn scenario(name: &str, sets: &[&str]) -> Scenario {
 
 /// A folder of this test's own.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tools-{name}"));
+    let all = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    std::fs::create_dir_all(all).unwrap();
+    let folder = all.join(format!("tools-{name}"));
     let _ = std::fs::remove_dir_all(&folder);
     folder
 }
@@ -77,7 +79,7 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
 #[test]
 fn a_pen_that_is_pressed_hard_is_held_by_friction_whatever_was_wished() {
     let digest = |sets: &[&str]| {
-        let hard = ["pen.press_depth_mm=24", "drawing.width_mm=12", "sim.plant=articulated"];
+        let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12", "sim.plant=articulated"];
         let scenario = scenario("tool_change", &[&QUICK[1..], &hard, sets].concat());
         let metrics = evaluate(&scenario, &Cache::default(), &Silent).unwrap();
         assert!(metrics.contact.unwrap().force_max_n.unwrap() > 7.0);
