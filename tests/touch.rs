@@ -75,7 +75,7 @@ fn execute(plans: &[Vec<Segment>], guard: Option<Guard>) -> (Vec<Executed>, Reco
 #[test]
 fn a_plan_in_two_parts_draws_what_it_draws_in_one() {
     let parts = segments(0.01, -0.003);
-    let (_, whole) = execute(&[parts.clone()], None);
+    let (_, whole) = execute(std::slice::from_ref(&parts), None);
     let (executed, halves) = execute(&[vec![parts[0].clone()], vec![parts[1].clone()]], None);
     assert!(executed.iter().all(|e| e.stopped.is_none()));
     assert_eq!(halves.arms[0].strokes.len(), 1);

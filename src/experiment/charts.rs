@@ -256,7 +256,7 @@ mod tests {
         let experiment = Experiment::parse(TEXT, &file, None).unwrap();
         let nothing = rows(&experiment, |_| None);
         let one = rows(&experiment, |_| Some(0.0));
-        let some = rows(&experiment, |t| (t.repeat == 0).then(|| t.index as f64 * 1e-7 - 3.0));
+        let some = rows(&experiment, |t| (t.repeat == 0).then_some(t.index as f64 * 1e-7 - 3.0));
         for rows in [&nothing, &one, &some] {
             for spec in &experiment.plots {
                 let figure = chart(&experiment, spec, rows);

@@ -37,7 +37,8 @@ fn columns(rows: &[Row]) -> Vec<(String, Column)> {
         ("cell".to_string(), whole(&|r| r.cell)),
         ("repeat".to_string(), whole(&|r| r.repeat)),
     ];
-    let settings: [fn(&Row) -> &BTreeMap<String, Value>; 2] = [|r| &r.axes, |r| &r.draws];
+    type Settings = fn(&Row) -> &BTreeMap<String, Value>;
+    let settings: [Settings; 2] = [|r| &r.axes, |r| &r.draws];
     for of in settings {
         let keys: BTreeSet<&String> = rows.iter().flat_map(|r| of(r).keys()).collect();
         columns.extend(keys.into_iter().map(|key| (key.clone(), values(rows.iter().map(|r| of(r).get(key))))));

@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(cell.arms.len(), 2);
         let far = shapes::rectangle(0.1, 0.1, 0.0, 0.1).unwrap().transformed(&Pose::translation(0.0, 0.0, -5.0));
         let tips: Vec<_> = cell.arms.iter().map(|a| *a.model.kinematics(&a.home).world_from_tip()).collect();
-        for i in 0..2 {
+        for (i, tip) in tips.iter().enumerate() {
             let (arm, other) = (&cell.arms[i], &cell.arms[1 - i]);
             let solids = solids(&cell, [other]).unwrap();
             let around = Surroundings::new(&arm.model, &far, &solids, &PlanOptions::default());
@@ -83,8 +83,8 @@ mod tests {
                 assert!(room.is_clear(), "{} {pose}: {room:?}", arm.model.name);
             }
             // both look at one canvas ahead
-            assert!((tips[i] * Vector3::z() - Vector3::x()).norm() < 0.01, "{}", tips[i]);
-            assert!((tips[i].translation.x - 0.6).abs() < 0.005, "{}", tips[i]);
+            assert!((tip * Vector3::z() - Vector3::x()).norm() < 0.01, "{}", tip);
+            assert!((tip.translation.x - 0.6).abs() < 0.005, "{}", tip);
             let parked = arm.model.kinematics(&arm.service).world_from_tip().translation.vector;
             assert!(parked.y.abs() > 0.7, "{parked}");
         }

@@ -187,9 +187,9 @@ mod tests {
             let tip = arm.kinematics(&q).world_from_tip().translation.vector;
             let n: [f64; 3] =
                 std::array::from_fn(|d| [grid.right, grid.up, grid.axis][d].dot(&(tip - grid.origin.coords)));
-            for d in 0..3 {
+            for (d, n) in n.iter().enumerate() {
                 let (low, high) = (grid.coordinate(d, 0) - 0.1, grid.coordinate(d, grid.size[d] - 1) + 0.1);
-                assert!((low..=high).contains(&n[d]), "{tip}");
+                assert!((low..=high).contains(n), "{tip}");
             }
         }
     }

@@ -54,6 +54,7 @@ impl Nib {
     ///   small motions of drawing don't turn hard in a fast landing, and give most of it back as they are let go.
     /// - Friction: bristles of stiffness `k_t` stretch with the slip until they hold `mu F`, then follow (Dahl's model,
     ///   Coulomb limit; Canudas de Wit et al. 1995, doi:10.1109/9.376053), with damping while they stick.
+    #[allow(clippy::too_many_arguments)]
     pub fn touch(
         &mut self,
         spring: &NibSpring,
@@ -146,7 +147,7 @@ fn ball(canvas: &TriMesh, center: &Point3<f64>, radius: f64, before: Option<(f64
         let share = share * share * (3.0 - 2.0 * share);
         (line * (1.0 - share) + at.normal * share).normalize()
     };
-    (depth > 0.0).then(|| Press { at, normal, depth, point: at.position })
+    (depth > 0.0).then_some(Press { at, normal, depth, point: at.position })
 }
 
 /// The surface point that a nib at `tip` touches, if it is near enough; `before` is how deep it was a step ago, and the normal there.

@@ -186,7 +186,7 @@ impl<'a> Simulation<'a> {
         for _ in 0..steps {
             let time = self.time();
             self.advance(plan, time)?;
-            if self.step % 1000 == 0 {
+            if self.step.is_multiple_of(1000) {
                 progress(time);
             }
             self.step += 1;
@@ -207,7 +207,7 @@ impl<'a> Simulation<'a> {
     fn advance(&mut self, plan: &Plan, time: f64) -> Result<(), TwinError> {
         let dt = self.options.dt;
         for (a, run) in self.runs.iter_mut().enumerate() {
-            let sample = self.step % self.stride == 0;
+            let sample = self.step.is_multiple_of(self.stride);
             let (state, k) = (self.plant.state(a), &self.kinematics[a]);
             let tip = self.plant.tip(a, k, &state.qd);
             let out = run.step(&plan.arms[a].segments, time, dt, state, k, &tip, self.world, sample, &mut self.events);

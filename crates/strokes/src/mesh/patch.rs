@@ -167,9 +167,9 @@ fn prism(mesh: &TriMesh, sheet_from_world: &Pose, half: [f64; 2]) -> (Vec<Point3
     };
     let chosen: Vec<[u32; 3]> = mesh.triangles().iter().filter(near).copied().collect();
     let (mut vertices, mut triangles) = weld(mesh.vertices(), &chosen);
-    for axis in 0..2 {
+    for (axis, edge) in half.iter().enumerate().take(2) {
         for sign in [1.0, -1.0] {
-            triangles = clip(&mut vertices, &triangles, |_, p| half[axis] - sign * (sheet_from_world * p)[axis]);
+            triangles = clip(&mut vertices, &triangles, |_, p| edge - sign * (sheet_from_world * p)[axis]);
         }
     }
     weld(&vertices, &triangles)

@@ -116,7 +116,7 @@ pub fn rough(
         let moved: Vec<Point3<f64>> = fine.vertices().iter().zip(&shape).map(|(p, d)| p + d * scale).collect();
         let rough = TriMesh::new(moved, fine.triangles().to_vec())?;
         let measured = hausdorff(&rough, mesh);
-        if !(measured > 0.0) {
+        if measured.is_nan() || measured <= 0.0 {
             return Err(ReliefError::NoRoom);
         }
         let off = |m: f64| (m / distance - 1.0).abs();

@@ -103,7 +103,7 @@ impl PointSurface<'_> {
             scale = (squares / weights).sqrt().max(1e-9);
         }
         // a fit that leads out of its own neighbourhood says nothing
-        if !(fit[0].abs() < 1.0) {
+        if fit[0].is_nan() || fit[0].abs() >= 1.0 {
             return None;
         }
         Some(Foot {

@@ -43,7 +43,7 @@ fn plane(cloud: &Cloud, p: &Point3<f64>, near: &[(f64, u32)], radius: f64) -> Op
     let most = eigen.eigenvalues.max();
     let middle = eigen.eigenvalues.sum() - most - eigen.eigenvalues[least];
     // a line, or a single place, has no normal
-    if !(middle > 1e-6 * most) {
+    if middle.is_nan() || middle <= 1e-6 * most {
         return None;
     }
     eigen.eigenvectors.column(least).into_owned().try_normalize(1e-12)

@@ -108,6 +108,8 @@ fn about_z(angle: f64) -> UnitQuaternion<f64> {
 
 impl HandModel {
     /// The Robotiq 3-finger adaptive gripper.
+    // a limit is what was published, not a quarter of a turn
+    #[allow(clippy::approx_constant)]
     pub fn robotiq_3f() -> Self {
         // x along the approach, y inwards: the thumb stands at -y of the grip frame, the fingers at +y
         let inwards = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
@@ -194,7 +196,7 @@ impl HandModel {
 
     /// Whether box `i` of [`boxes`](Self::boxes) is a phalanx: not the palm or a knuckle.
     pub fn is_phalanx(&self, i: usize) -> bool {
-        i > 0 && (i - 1) % 4 != 0
+        i > 0 && !(i - 1).is_multiple_of(4)
     }
 
     /// The palm and the knuckles that stand still on it as one body in the grip frame: what fingers move against.
