@@ -147,7 +147,7 @@ fn spans(arm: &ArmRecord) -> Vec<(&'static str, f64, f64)> {
     for s in &arm.samples {
         let class = match s.segment {
             SegmentKind::Draw => "draw",
-            SegmentKind::ChangePen => "change_pen",
+            SegmentKind::ChangePen | SegmentKind::ChangeTool => "change_pen",
             _ => "travel",
         };
         match spans.last_mut() {

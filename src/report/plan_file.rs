@@ -50,6 +50,7 @@ pub fn plan_json(plan: &Plan, joints: &[Vec<String>]) -> String {
 }
 
 fn arm_json<'a>(arm: &ArmPlan, joints: &'a [String]) -> ArmJson<'a> {
+    let changes = |k| matches!(k, SegmentKind::ChangePen | SegmentKind::ChangeTool);
     let time_in = |wanted: &dyn Fn(SegmentKind) -> bool| -> f64 {
         arm.segments.iter().filter(|s| wanted(s.kind)).fold(0.0, |sum, s| sum + s.trajectory.duration())
     };
@@ -72,8 +73,8 @@ fn arm_json<'a>(arm: &ArmPlan, joints: &'a [String]) -> ArmJson<'a> {
         path: npy_name(arm.arm),
         duration_s: arm.segments.last().map_or(0.0, |s| s.end()),
         drawing_s: time_in(&|k| k == SegmentKind::Draw),
-        travel_s: time_in(&|k| !matches!(k, SegmentKind::Draw | SegmentKind::ChangePen)),
-        changing_pen_s: time_in(&|k| k == SegmentKind::ChangePen),
+        travel_s: time_in(&|k| !matches!(k, SegmentKind::Draw | SegmentKind::Wait) && !changes(k)),
+        changing_pen_s: time_in(&changes),
         segments: segments.collect(),
     }
 }

@@ -13,8 +13,8 @@ use crate::run::RunError;
 use crate::run::scan::Scan;
 use crate::run::standing;
 use crate::scenario::{PenSpec, Scenario};
-use crate::surface::{BelievedCanvas, Canvas, Scene, TrueCanvas, perturb, unshaped};
-use crate::twin::LayerPen;
+use crate::surface::{BelievedCanvas, Canvas, Mapping, Scene, TrueCanvas, perturb, unshaped};
+use crate::twin::{LayerPen, Surroundings};
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
 pub(super) struct Cast {
@@ -73,6 +73,17 @@ impl Cast {
         let truth_metrics = (!scenario.truth.is_nominal()).then(|| TruthMetrics::of(&report));
         let belief = BelievedCanvas(scene.canvas.clone());
         Ok(Self { cell, standing, scene, truth, unshaped, truth_metrics, belief, scan: None, drawing, pens })
+    }
+
+    /// What surrounds the arms in truth; `mapping` leads from the true canvas to the sheet.
+    pub(super) fn surroundings<'a>(&'a self, scenario: &Scenario, mapping: &'a dyn Mapping) -> Surroundings<'a> {
+        Surroundings {
+            canvas: &self.truth,
+            friction: self.scene.friction,
+            compliance: scenario.truth.compliance_mm_n * 1e-3,
+            mapping,
+            pens: &self.pens,
+        }
     }
 
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's and its other arms, then what

@@ -32,7 +32,7 @@ use crate::plan::{self, Plan, Planned};
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{Artwork, Pattern, Scenario, Sketch};
 use crate::surface::{Mapping, StretchField, SurfaceDrawing, map_drawing, map_what_fits};
-use crate::twin::{LayerPen, Record, Surroundings, TwinArm, simulate};
+use crate::twin::{LayerPen, Record, TwinArm, simulate};
 
 pub use error::RunError;
 pub use evaluate::{Cache, evaluate};
@@ -397,13 +397,7 @@ fn make_record(
         controller: options::controller(scenario, &arm.model),
         start: arm.home,
     });
-    let world = Surroundings {
-        canvas: &cast.truth,
-        friction: cast.scene.friction,
-        compliance: scenario.truth.compliance_mm_n * 1e-3,
-        mapping,
-        pens: &cast.pens,
-    };
+    let world = cast.surroundings(scenario, mapping);
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
     let mut hear = |time: f64| progress.advance((time * 1e3) as u64);
     Ok(simulate(arms.collect(), plan, &world, &colors, &options::twin_options(scenario), &mut hear)?)

@@ -42,13 +42,6 @@ pub(super) fn solids<'a>(cell: &Cell, standing: impl IntoIterator<Item = &'a Arm
     Ok(solids)
 }
 
-/// The capsules of `arm` at joints `q`, world.
-fn capsules(arm: &ArmModel, q: &JointVector) -> Vec<Capsule> {
-    let k = arm.kinematics(q);
-    let links = arm.links.iter().zip(k.world_from_links());
-    links.flat_map(|(link, world_from_link)| link.capsules.iter().map(|c| c.transformed(world_from_link))).collect()
-}
-
 /// `arm` at joints `q` as solids, world.
 pub(super) fn at_rest(arm: &ArmModel, q: &JointVector) -> Result<Vec<TriMesh>, RunError> {
     let unfit = |source| RunError::StandingArm { arm: arm.name.clone(), source };
@@ -59,7 +52,7 @@ pub(super) fn at_rest(arm: &ArmModel, q: &JointVector) -> Result<Vec<TriMesh>, R
         let pose = Pose::from_parts(middle, frame_from_axes(&axis, &Vector3::x()));
         Ok(shapes::capsule(c.radius, along.norm(), TRIANGLE.min(c.radius)).map_err(unfit)?.transformed(&pose))
     };
-    capsules(arm, q).into_iter().map(solid).collect()
+    arm.capsules(&arm.kinematics(q), 0).map(solid).collect()
 }
 
 #[cfg(test)]
@@ -90,7 +83,10 @@ mod tests {
         }
         assert!((tips[0].translation.y + tips[1].translation.y).abs() < 1e-3, "they are mirror images");
         // at home the two don't meet either
-        let [left, right] = [0, 1].map(|i| capsules(&cell.arms[i].model, &cell.arms[i].home));
+        let [left, right] = [0, 1].map(|i| {
+            let arm = &cell.arms[i];
+            arm.model.capsules(&arm.model.kinematics(&arm.home), 0).collect::<Vec<_>>()
+        });
         for (a, b) in left.iter().flat_map(|a| right.iter().map(move |b| (a, b))) {
             assert!(a.distance(b) > 0.1);
         }

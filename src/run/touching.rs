@@ -18,7 +18,7 @@ use crate::run::cast::Cast;
 use crate::run::{Progress, RunError, Written, options};
 use crate::scenario::{Scenario, TouchSettings};
 use crate::surface::{BelievedCanvas, Mapping, Projection, SurfaceTarget, TouchedCanvas, map_drawing};
-use crate::twin::{ArmEnd, Feeling, Felt, Guard, Record, Simulation, Surroundings, TwinArm};
+use crate::twin::{ArmEnd, Feeling, Felt, Guard, Record, Simulation, TwinArm};
 
 /// Steps between two touches that the robot looks at: at drawing speed about half a millimetre.
 const STRIDE: u64 = 10;
@@ -64,13 +64,7 @@ pub(super) fn draw(
     let obstacles = cast.obstacles()?;
     let arm = &cast.cell.arms[0];
     let truth = Projection::new(&cast.truth);
-    let world = Surroundings {
-        canvas: &cast.truth,
-        friction: cast.scene.friction,
-        compliance: scenario.truth.compliance_mm_n * 1e-3,
-        mapping: &truth,
-        pens: &cast.pens,
-    };
+    let world = cast.surroundings(scenario, &truth);
     let twin =
         TwinArm { model: arm.model.clone(), controller: options::controller(scenario, &arm.model), start: arm.home };
     let first = order.first().map_or(0, |r| r.layer);

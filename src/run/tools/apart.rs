@@ -1,5 +1,5 @@
 //! How near two arms come to each other in time.
-use crate::robot::{ArmModel, Capsule, JointVector};
+use crate::robot::{ArmModel, JointVector};
 
 /// The least distance between two arms, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,16 +30,10 @@ impl Motion<'_> {
     }
 }
 
-/// Capsules of an arm (m, world) but for its base.
-fn capsules(arm: &ArmModel, q: &JointVector) -> Vec<Capsule> {
-    let k = arm.kinematics(q);
-    let links = arm.links.iter().zip(k.world_from_links()).skip(1);
-    links.flat_map(|(link, pose)| link.capsules.iter().map(|c| c.transformed(pose))).collect()
-}
-
-/// Distance between two arms, m.
+/// Distance between two arms but for their bases, m.
 fn distance(a: (&ArmModel, &JointVector), b: (&ArmModel, &JointVector)) -> f64 {
-    let (a, b) = (capsules(a.0, a.1), capsules(b.0, b.1));
+    let capsules = |(arm, q): (&ArmModel, &JointVector)| arm.capsules(&arm.kinematics(q), 1).collect::<Vec<_>>();
+    let (a, b) = (capsules(a), capsules(b));
     a.iter().flat_map(|c| b.iter().map(|d| c.distance(d))).fold(f64::INFINITY, f64::min)
 }
 

@@ -19,14 +19,14 @@ use crate::math::stats::quantile;
 use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose};
 use crate::plan::{self, ArmPlan, Plan, ReachReport, Segment, SegmentKind, Trajectory};
 use crate::report::OutputDir;
-use crate::robot::JointVector;
+use crate::robot::{ArmModel, JointVector};
 use crate::run::cast::Cast;
 use crate::run::pictures::{self, Extra};
 use crate::run::{Progress, RunError, Written, options, standing};
 use crate::scenario::{Scenario, ToolSettings};
 use crate::surface::{Mapping, SurfaceDrawing};
-use crate::twin::grasp::{ChangeRecord, Order};
-use crate::twin::{EventKind, Record, Surroundings};
+use crate::twin::Record;
+use crate::twin::grasp::{ChangeRecord, GOOD_SEAT, Order};
 
 use apart::{Motion, nearest};
 use kit::Kit;
@@ -160,13 +160,15 @@ pub(super) fn draw(
     let colors: Vec<_> = cast.drawing.layers.iter().map(|l| l.color).collect();
     let plan_options = options::plan_options(scenario, &cast.pens);
     let furniture = cast.obstacles()?;
+    // with whichever pen: only its colour differs
+    let pen = colors.first().copied().unwrap_or(Rgb([0; 3]));
+    let models: Vec<ArmModel> = kits.iter().map(|k| k.believed(pen)).collect::<Result<_, RunError>>()?;
     // every arm keeps clear of the others where they wait, and of their docks
     let mut obstacles = Vec::new();
     for kit in &kits {
         let mut solids = furniture.clone();
         for other in kits.iter().filter(|o| o.index != kit.index) {
-            let waiting = other.believed(colors.first().copied().unwrap_or(Rgb([0; 3])))?;
-            solids.extend(standing::at_rest(&waiting, &other.arm.home)?);
+            solids.extend(standing::at_rest(&models[other.index], &other.arm.home)?);
             solids.extend(other.solids(None)?);
         }
         obstacles.push(solids);
@@ -184,13 +186,12 @@ pub(super) fn draw(
         for layer in (0..places.len()).filter(|l| draws(*l)) {
             kit.setup(places[layer].1, tools, scenario.seed)?;
         }
-        let model = kit.believed(colors.first().copied().unwrap_or(Rgb([0; 3])))?;
+        let model = &models[kit.index];
         let around = [obstacles[kit.index].as_slice(), &kit.solids(None)?].concat();
         let home = &kit.arm.home;
         let share = kit.index as f64;
         let mut hear = |s: f64| progress.advance(((share + s) / kits.len() as f64 * PARTS) as u64);
-        let planned =
-            plan::plan(kit.index, &model, home, home, &mine, &cast.belief, &around, &plan_options, &mut hear)?;
+        let planned = plan::plan(kit.index, model, home, home, &mine, &cast.belief, &around, &plan_options, &mut hear)?;
         reach.length += planned.reach.length;
         reach.reachable_length += planned.reach.reachable_length;
         reach.unreachable.extend(planned.reach.unreachable);
@@ -204,13 +205,7 @@ pub(super) fn draw(
 
     let count: usize = tasks.iter().map(Vec::len).sum();
     progress.stage("drawing and changing pens", Some(count as u64));
-    let world = Surroundings {
-        canvas: &cast.truth,
-        friction: cast.scene.friction,
-        compliance: scenario.truth.compliance_mm_n * 1e-3,
-        mapping,
-        pens: &cast.pens,
-    };
+    let world = cast.surroundings(scenario, mapping);
     let twin = options::twin_options(scenario);
     let done = std::sync::atomic::AtomicUsize::new(0);
     let worked: Vec<Worked> = kits
@@ -228,13 +223,13 @@ pub(super) fn draw(
                 twin: &twin,
                 colors: &colors,
             };
-            work(&site, kit, tasks, &mut |_| {
+            work(&site, kit, tasks, &mut || {
                 let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
                 progress.advance(done.min(count) as u64);
             })
         })
         .collect::<Result<_, RunError>>()?;
-    let mut drawn = join(tools, &kits, &colors, worked, reach, planning)?;
+    let mut drawn = join(tools, &kits, &models, worked, reach, planning)?;
     for kit in &kits {
         let own = places.iter().zip(&colors).filter(|((arm, _), _)| *arm == kit.index);
         let inks: Vec<(usize, Rgb)> = own.map(|((_, dock), color)| (*dock, *color)).collect();
@@ -285,7 +280,7 @@ fn timed(arm: usize, worked: &Worked, starts: &[f64], home: &JointVector) -> Arm
 fn join(
     tools: &ToolSettings,
     kits: &[Kit],
-    colors: &[Rgb],
+    models: &[ArmModel],
     worked: Vec<Worked>,
     reach: ReachReport,
     planning: f64,
@@ -304,10 +299,6 @@ fn join(
         .map(|((w, starts), kit)| timed(kit.index, w, starts, &kit.arm.home))
         .collect();
     let plan = Plan { arms };
-    let models: Vec<_> = kits
-        .iter()
-        .map(|k| k.believed(colors.first().copied().unwrap_or(Rgb([0; 3]))))
-        .collect::<Result<_, RunError>>()?;
     let planned_ways: Vec<Vec<(f64, JointVector)>> =
         worked.iter().zip(&plan.arms).zip(&turns.starts).map(|((w, arm), starts)| wished_way(w, arm, starts)).collect();
 
@@ -321,7 +312,7 @@ fn join(
         own.push(w);
     }
     let dropped = own.iter().filter(|w| w.stopped.as_ref().is_some_and(|s| s.dropped)).count() as u64;
-    let mut record = Record::joined(parts, &|arm, time| when(&own[arm], &turns.starts[arm], time), stop);
+    let record = Record::joined(parts, &|arm, time| when(&own[arm], &turns.starts[arm], time), stop);
     for (arm, list) in changes.iter_mut().enumerate() {
         list.iter_mut().for_each(|c| c.start = when(&own[arm], &turns.starts[arm], c.start + 1e-9));
         list.retain(|c| c.start < stop);
@@ -345,7 +336,6 @@ fn join(
     if let Some(n) = in_plan.filter(|n| n.distance < tools.margin_mm * 1e-3) {
         return Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm: tools.margin_mm });
     }
-    record.events.retain(|e| !matches!(e.kind, EventKind::PenChanged { .. }));
     let tool = figures(&changes, &turns, &pieces, dropped, in_plan.map(|n| n.distance), in_truth.map(|n| n.distance));
     let (extra, stages) = (Extra::default(), Vec::new());
     Ok(Drawn { plan, reach, record, tool, changes, extra, stages, planning, stopped })
@@ -372,9 +362,6 @@ fn wished_way(worked: &Worked, arm: &ArmPlan, starts: &[f64]) -> Vec<(f64, Joint
     way
 }
 
-/// A pen farther off than this in the hand, or from its seat, isn't as it should be: m, rad.
-const WELL: [f64; 2] = [1e-3, 0.0175];
-
 fn figures(
     changes: &[Vec<Change>],
     turns: &Schedule,
@@ -390,14 +377,11 @@ fn figures(
     let turned: Vec<f64> = errors.iter().map(|e| e.rotation.angle().to_degrees()).collect();
     let alone: f64 = pieces.iter().flatten().map(|p| p.duration).sum();
     let gave_up = |order: Order| count(&|c| c.record.order == order && !c.record.succeeded);
-    let last = |c: &Change| c.record.snapshots.last().map(|s| s.in_hand);
     let bad = |c: &Change| {
-        let [most, turn] = WELL;
-        c.record.order == Order::Pick
-            && c.record.succeeded
-            && last(c).is_some_and(|p| p.xyz.iter().any(|x| x.abs() > most) || p.rpy.iter().any(|r| r.abs() > turn))
+        let held = c.record.snapshots.last().filter(|_| c.record.order == Order::Pick && c.record.succeeded);
+        held.is_some_and(|s| !s.in_hand.is_good())
     };
-    let (bad_pose, not_seated) = (count(&bad), count(&|c| c.seat_gap.is_some_and(|gap| gap > WELL[0])));
+    let (bad_pose, not_seated) = (count(&bad), count(&|c| c.seat_gap.is_some_and(|gap| gap > GOOD_SEAT)));
     let first = all().find(|c| c.record.order == Order::Pick);
     let stages = first.iter().flat_map(|c| &c.record.snapshots).filter_map(|s| {
         let pose = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);

@@ -2,14 +2,14 @@
 use crate::math::Pose;
 use crate::math::Rgb;
 use crate::mesh::TriMesh;
-use crate::plan::{PlanError, PlanOptions, Segment, SegmentKind, StepPlanner, Trajectory};
+use crate::plan::{ArmPlan, DepthProfile, Plan, PlanError, PlanOptions, Segment, SegmentKind, StepPlanner, Trajectory};
 use crate::robot::{ArmModel, JointVector};
 use crate::run::tools::kit::Kit;
 use crate::run::tools::schedule::Piece;
 use crate::run::{RunError, options};
 use crate::scenario::{Hold, Scenario, ToolSettings};
 use crate::surface::BelievedCanvas;
-use crate::twin::grasp::{ChangeRecord, Session};
+use crate::twin::grasp::{ChangeRecord, LEFT, Session};
 use crate::twin::{Record, Simulation, Surroundings, TwinArm, TwinOptions};
 
 /// How far a fetched tool is raised straight up from over its dock, m.
@@ -17,8 +17,6 @@ const RAISE: f64 = 0.05;
 /// Force on the pen's tip up to which a grasp is as good as rigid, N: a minute's pull of 5 N across and 5 N along the pen moves its tip by
 /// less than a twentieth of a millimetre. Where a pen is pressed harder, its grasp is simulated.
 const GRIP_BEARS: f64 = 7.0;
-/// A tool farther from its seat than this when its arm gave up is no longer in its dock, m.
-const LEFT: f64 = 0.02;
 
 /// What an arm draws with one pen before it brings that back.
 pub(super) struct Task {
@@ -100,18 +98,6 @@ fn end_of(trajectory: &Trajectory) -> JointVector {
     trajectory.knots().last().map_or_else(JointVector::zeros, |k| k.q)
 }
 
-/// The same motion backwards.
-fn reversed(trajectory: &Trajectory) -> Trajectory {
-    let end = trajectory.duration();
-    let back = trajectory.knots().iter().rev().map(|k| {
-        let mut k = *k;
-        k.time = end - k.time;
-        k.qd = -k.qd;
-        k
-    });
-    Trajectory::new(back.collect())
-}
-
 /// How a task ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ended {
@@ -137,15 +123,12 @@ struct Worker<'a> {
 
 impl Worker<'_> {
     /// Carries out motion. `over_canvas` pieces are the canvas's alone.
-    fn motion(&mut self, segments: Vec<Segment>, over_canvas: bool) -> Result<(), RunError> {
+    fn motion(&mut self, plan: Plan, over_canvas: bool) -> Result<(), RunError> {
         let began = self.simulation.time();
-        if let Some(last) = segments.last() {
-            self.at = end_of(&last.trajectory);
-        }
-        let mut plan = crate::plan::Plan { arms: vec![crate::plan::ArmPlan { arm: 0, segments }] };
         let executed = self.simulation.execute(&plan, None, &mut |_| ())?;
         self.peak = executed.arms.iter().map(|a| a.peak).fold(0.0, f64::max);
-        for mut segment in plan.arms.remove(0).segments {
+        for mut segment in plan.arms.into_iter().flat_map(|a| a.segments) {
+            self.at = end_of(&segment.trajectory);
             segment.start += began;
             self.done.segments.push(segment);
         }
@@ -159,21 +142,8 @@ impl Worker<'_> {
     }
 
     fn travels(&mut self, layer: usize, ways: Vec<Trajectory>) -> Result<(), RunError> {
-        let mut start = 0.0;
-        let segments = ways.into_iter().map(|trajectory| {
-            let segment = Segment {
-                kind: SegmentKind::Travel,
-                layer,
-                stroke: None,
-                start,
-                trajectory,
-                depth: Default::default(),
-            };
-            start = segment.end();
-            segment
-        });
-        let segments = segments.collect();
-        self.motion(segments, false)
+        let steps = ways.into_iter().map(|way| (SegmentKind::Travel, way, DepthProfile::default()));
+        self.motion(Plan::of_steps(layer, None, steps.collect()), false)
     }
 
     /// Books a tool change that was simulated apart. False when it failed.
@@ -188,7 +158,7 @@ impl Worker<'_> {
             stroke: None,
             start: began,
             trajectory,
-            depth: Default::default(),
+            depth: DepthProfile::default(),
         });
         self.piece(began, false);
         let succeeded = record.succeeded;
@@ -203,6 +173,7 @@ impl Worker<'_> {
         succeeded
     }
 
+    /// Books that the arm stops: `session` tells where the pen is.
     fn stop(&mut self, doing: &str, session: &Session) {
         let last = self.done.changes.last().and_then(|c| c.record.reports.last());
         let why = last.map_or_else(String::new, |w| format!(": {w}"));
@@ -225,7 +196,7 @@ impl Worker<'_> {
         let empty = Ways::new(site, &kit.bare, &home, &all);
         let way = empty.travel(&self.at, &setup.carrier.home, "to a dock")?;
         self.travels(task.layer, vec![way])?;
-        let (mut session, pick) = Session::fetch(&setup, &error).map_err(broken)?;
+        let (session, pick) = Session::fetch(&setup, &error).map_err(broken)?;
 
         let believed = kit.believed(site.colors[task.layer])?;
         let truly = kit.truly(&believed, &session.last_from_tool());
@@ -236,18 +207,18 @@ impl Worker<'_> {
         }
         // up from over the dock and away, with the pen as the grasp left it
         let [start, wish] = session.joints();
-        let controller = || options::controller(site.scenario, &believed);
-        self.simulation.go_on_as(0, TwinArm { model: truly.clone(), controller: controller(), start }, task.layer)?;
+        let controller = options::controller(site.scenario, &believed);
+        self.simulation.go_on_as(0, TwinArm { model: truly, controller, start }, task.layer)?;
         if hold == Hold::Physics {
             self.simulation.go_on_in(Box::new(session.plant()));
         }
         let full = Ways::new(site, &believed, &home, &rest);
         let up = full.planner.retreat(&wish, RAISE);
         let over = end_of(&up);
-        let down = reversed(&up);
+        let down = up.reversed();
         let away = full.travel(&over, &home, "from a dock")?;
         self.travels(task.layer, vec![up, away])?;
-        self.motion(task.segments.clone(), true)?;
+        self.motion(Plan { arms: vec![ArmPlan { arm: 0, segments: task.segments.clone() }] }, true)?;
         if hold == Hold::Rigid && self.peak > GRIP_BEARS {
             return Ok(Ended::Overloaded);
         }
@@ -277,7 +248,7 @@ impl Worker<'_> {
 
 /// Does an arm's tasks, one after another, from its waiting pose and back to it. Where a pen was
 /// pressed harder than its grasp surely bears, all is done over with that pen's grasp simulated while it draws.
-pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut(usize)) -> Result<Worked, RunError> {
+pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut()) -> Result<Worked, RunError> {
     let mut holds = vec![site.tools.hold; tasks.len()];
     loop {
         match attempt(site, kit, tasks, &holds, hear)? {
@@ -293,7 +264,7 @@ fn attempt(
     kit: &Kit,
     tasks: &[Task],
     holds: &[Hold],
-    hear: &mut dyn FnMut(usize),
+    hear: &mut dyn FnMut(),
 ) -> Result<Result<Worked, usize>, RunError> {
     let home = kit.arm.home;
     let controller = options::controller(site.scenario, &kit.bare);
@@ -311,7 +282,7 @@ fn attempt(
     let mut worker = Worker { site, kit, simulation, done, peak: 0.0, at: home };
     for (i, task) in tasks.iter().enumerate() {
         match worker.task(task, holds[i])? {
-            Ended::Done => hear(i + 1),
+            Ended::Done => hear(),
             Ended::Stopped => break,
             Ended::Overloaded => return Ok(Err(i)),
         }

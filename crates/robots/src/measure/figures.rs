@@ -75,7 +75,9 @@ impl MappingMetrics {
 impl PlanMetrics {
     /// Figures of a plan.
     pub fn of(plan: &Plan, reach: &ReachReport, duration_s: f64) -> Self {
-        let changes = plan.arms.iter().flat_map(|a| &a.segments).filter(|s| s.kind == SegmentKind::ChangePen).count();
+        let count = |kind| plan.arms.iter().flat_map(|a| &a.segments).filter(|s| s.kind == kind).count();
+        // a pen that is fetched is brought back, or the run ends
+        let changes = count(SegmentKind::ChangePen) + count(SegmentKind::ChangeTool).div_ceil(2);
         Self {
             max_joint_step_rad: Some(max_joint_step(plan)),
             tool_changes: Some(changes),

@@ -59,6 +59,13 @@ impl Trajectory {
         self.knots[self.knots.len() - 1].time
     }
 
+    /// The same way back: from its end to its start.
+    pub fn reversed(&self) -> Self {
+        let end = self.duration();
+        let back = self.knots.iter().rev().map(|k| Knot { time: end - k.time, qd: -k.qd, ..*k });
+        Self::new(back.collect())
+    }
+
     /// The motion up to `time`, s from its start.
     pub fn until(&self, time: f64) -> Self {
         let m = self.sample(time, &mut 0);
@@ -171,6 +178,24 @@ impl<'a> Quintic<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn back_is_the_same_way_with_the_speeds_turned() {
+        let at = |time: f64, x: f64, v: f64, a: f64| Knot {
+            time,
+            q: JointVector::repeat(x),
+            qd: JointVector::repeat(v),
+            qdd: JointVector::repeat(a),
+        };
+        let way = Trajectory::new(vec![at(0.0, 0.0, 0.0, 0.0), at(0.4, 0.1, 0.5, -0.2), at(1.0, 0.3, 0.0, 0.0)]);
+        let back = way.reversed();
+        for i in 0..=100 {
+            let t = f64::from(i) * 0.01;
+            let (there, here) = (way.sample(1.0 - t, &mut 0), back.sample(t, &mut 0));
+            assert!((there.q - here.q).norm() < 1e-12 && (there.qd + here.qd).norm() < 1e-9);
+            assert!((there.qdd - here.qdd).norm() < 1e-8);
+        }
+    }
 
     #[test]
     fn a_quintic_is_reproduced() {

@@ -4,6 +4,14 @@ use nalgebra::Point3;
 use crate::math::Pose;
 use crate::robot::{ArmModel, Capsule, JointVector, Kinematics};
 
+impl ArmModel {
+    /// The capsules of an arm's links from link `first` on (0 is the base), in the posture `k`: m, world.
+    pub fn capsules<'a>(&'a self, k: &'a Kinematics, first: usize) -> impl Iterator<Item = Capsule> + 'a {
+        let links = self.links.iter().zip(k.world_from_links()).skip(first);
+        links.flat_map(|(link, world_from_link)| link.capsules.iter().map(|c| c.transformed(world_from_link)))
+    }
+}
+
 impl Capsule {
     /// The capsule given in frame `b`, in frame `a`.
     pub fn transformed(&self, a_from_b: &Pose) -> Self {

@@ -9,6 +9,8 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use parry3d_f64::query::Ray;
 
 use super::crease;
+use super::repair::weld;
+use super::topology::{Gluing, start};
 use super::triangle::Triangle;
 use crate::math::Pose;
 
@@ -185,6 +187,16 @@ impl TriMesh {
     /// Unit normals, one a triangle.
     pub fn face_normals(&self) -> &[Vector3<f64>] {
         &self.data.face_normals
+    }
+
+    /// The boundary as closed loops of points, m, each with the surface at its left; none of a closed mesh. Vertices that stand at one
+    /// place, to a picometre, as at creases and poles, are one here.
+    pub fn boundary_loops(&self) -> Vec<Vec<Point3<f64>>> {
+        let rounded = |p: &Point3<f64>| p.map(|x| (x * 1e12).round() * 1e-12);
+        let places: Vec<Point3<f64>> = self.vertices().iter().map(rounded).collect();
+        let (vertices, triangles) = weld(&places, self.triangles());
+        let points = |edges: Vec<u32>| edges.into_iter().map(|h| vertices[start(&triangles, h) as usize]).collect();
+        Gluing::new(&vertices, &triangles).loops().into_iter().map(points).collect()
     }
 
     /// Axis-aligned bounds (lower, upper), m.

@@ -1,6 +1,4 @@
 //! What a robot must take for granted where nothing was scanned.
-use std::collections::BTreeMap;
-
 use nalgebra::{Point3, Vector3};
 
 use crate::mesh::{MeshError, TriMesh};
@@ -19,53 +17,27 @@ const ROUND: f64 = 0.06;
 /// Of [`TriMesh::new`], for borders without extent.
 pub fn skirt(scanned: &TriMesh, sheet: &SheetFrame, width: f64) -> Result<Option<TriMesh>, MeshError> {
     let up = sheet.world_from_sheet.rotation * Vector3::z();
-    let mut sides: BTreeMap<[u32; 2], (usize, [u32; 2])> = BTreeMap::new();
-    for t in scanned.triangles() {
-        for k in 0..3 {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
-            sides.entry([a.min(b), a.max(b)]).or_insert((0, [a, b])).0 += 1;
-        }
-    }
-    let open: BTreeMap<u32, u32> =
-        sides.into_values().filter(|(count, _)| *count == 1).map(|(_, [a, b])| (a, b)).collect();
-    let at = |i: u32| scanned.vertices()[i as usize];
-    let border = longest_loop(open, |a, b| (at(b) - at(a)).norm());
+    // the outer border is the longest; others go round holes
+    let length = |border: &Vec<Point3<f64>>| -> f64 {
+        border.iter().zip(border.iter().cycle().skip(1)).map(|(a, b)| (b - a).norm()).sum()
+    };
+    let loops = scanned.boundary_loops();
+    let longest = loops.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let Some(border) = longest else { return Ok(None) };
     let centre = sheet.world_from_sheet.translation.vector;
-    let mut vertices: Vec<Point3<f64>> = Vec::new();
-    let mut place: BTreeMap<u32, u32> = BTreeMap::new();
-    for i in border.iter().map(|[a, _]| *a) {
+    let mut vertices: Vec<Point3<f64>> = Vec::with_capacity(2 * border.len());
+    for place in border {
         // away from the sheet's middle: across the border itself would lead over the scan where the border is frayed
-        let from_centre = at(i).coords - centre;
-        let Some(out) = (from_centre - up * up.dot(&from_centre)).try_normalize(1e-9) else { continue };
-        let slope = rise(scanned.vertices(), &at(i), &out, &up).clamp(0.0, STEEPEST);
-        place.insert(i, vertices.len() as u32);
-        vertices.extend([at(i), at(i) + (out + up * slope) * width]);
+        let from_centre = place.coords - centre;
+        let out = (from_centre - up * up.dot(&from_centre)).try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
+        let slope = rise(scanned.vertices(), place, &out, &up).clamp(0.0, STEEPEST);
+        vertices.extend([*place, place + (out + up * slope) * width]);
     }
-    let mut triangles = Vec::new();
-    for [a, b] in &border {
-        if let (Some(a), Some(b)) = (place.get(a), place.get(b)) {
-            // a + 1 and b + 1 lie farther out
-            triangles.extend([[*a, a + 1, b + 1], [*a, b + 1, *b]]);
-        }
-    }
-    if triangles.is_empty() { Ok(None) } else { TriMesh::new(vertices, triangles).map(Some) }
-}
-
-/// The edges of the longest loop: the outer border, where others go round holes. `open` leads from each vertex to the next.
-fn longest_loop(mut open: BTreeMap<u32, u32>, length: impl Fn(u32, u32) -> f64) -> Vec<[u32; 2]> {
-    let mut best = (0.0, Vec::new());
-    while let Some((start, _)) = open.first_key_value() {
-        let (mut at, mut edges, mut sum) = (*start, Vec::new(), 0.0);
-        while let Some(next) = open.remove(&at) {
-            sum += length(at, next);
-            edges.push([at, next]);
-            at = next;
-        }
-        if sum > best.0 {
-            best = (sum, edges);
-        }
-    }
-    best.1
+    let count = vertices.len() as u32;
+    // odd vertices lie farther out
+    let quads = (0..count).step_by(2).map(|a| (a, (a + 2) % count));
+    let triangles = quads.flat_map(|(a, b)| [[a, a + 1, b + 1], [a, b + 1, b]]).collect();
+    TriMesh::new(vertices, triangles).map(Some)
 }
 
 /// How steeply the vertices round `place` rise along `along`, m per m, `up` being up: the slope of the least-squares line.

@@ -28,6 +28,12 @@ pub fn grip_from_held(set: &ToolSet) -> Pose {
     Pose::translation(PALM_FACE, 0.0, -set.tool.plates.map_or(0.0, |p| p.gap))
 }
 
+/// The pen's tip frame in a tool's: z out of the nib, which is downwards.
+pub fn tool_from_pen(set: &ToolSet) -> Pose {
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    Isometry3::from_parts(Translation3::from(set.tool.pen_tip().coords), down)
+}
+
 /// `arm` with a hand whose fingers stand at `joints` (rad); its tip is the grip frame.
 pub fn with_hand(arm: &ArmModel, hand: &HandModel, joints: &[[f64; 3]; 3]) -> ArmModel {
     let last_from_grip = last_from_grip(arm, hand);
@@ -59,10 +65,7 @@ pub fn holding(
 ) -> Result<ArmModel, MeshError> {
     let mut arm = with_hand(arm, hand, joints);
     let last_from_tool = arm.last_from_tip * grip_from_tool;
-    let tip = set.tool.pen_tip();
-    // the pen points along -z of the tool
-    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    arm.last_from_tip = last_from_tool * Isometry3::from_parts(Translation3::from(tip.coords), down);
+    arm.last_from_tip = last_from_tool * tool_from_pen(set);
     let Some(last) = arm.links.last_mut() else { return Ok(arm) };
     last.inertia = last.inertia.joined(&tool_inertia(set).seen_from(&last_from_tool));
     last.capsules.extend(tool_capsules(set).iter().map(|c| c.seen_from(&last_from_tool)));

@@ -2,11 +2,8 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-
 use super::GraspWorld;
 use crate::control::MeasuredState;
-use crate::math::Pose;
 use crate::robot::{JointVector, Kinematics};
 use crate::twin::{Plant, TipForce, TipState};
 
@@ -38,11 +35,7 @@ impl Plant for HeldPlant {
 
     fn tip(&self, _arm: usize, _kinematics: &Kinematics, _qd: &JointVector) -> TipState {
         let world = self.world.borrow();
-        let tip: Point3<f64> = world.tool_tip();
-        let world_from_tool = world.world_from_tool();
-        // the pen points along -z of the tool
-        let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-        let pose: Pose = Isometry3::from_parts(Translation3::from(tip.coords), world_from_tool.rotation * down);
-        TipState { pose, velocity: world.tool_tip_velocity(), mass: world.tool_mass() }
+        let (velocity, mass) = (world.tool_tip_velocity(), world.tool_mass());
+        TipState { pose: world.world_from_pen(), velocity, mass }
     }
 }

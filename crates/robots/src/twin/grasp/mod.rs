@@ -18,9 +18,12 @@ pub use carrier::Carrier;
 pub use change::{ChangeError, ChangeOptions, Order, Stage, ToolChange};
 pub use hand::{GraspMode, Hand, HandCommand, HandState, OPEN};
 pub use hand_model::{BoxShape, FINGER_NAMES, FingerModel, HandModel, PALM_FACE, Phalanx};
-pub use held::{grip_from_held, holding, last_from_grip, tool_visuals, with_hand};
+pub use held::{grip_from_held, holding, last_from_grip, tool_from_pen, tool_visuals, with_hand};
 pub use held_plant::HeldPlant;
 pub use session::{ChangeRecord, Session, Snapshot};
-pub use trial::{DockError, ErrorRanges, FailureClass, Picked, StagePose, TrialOutcome, TrialSetup, tool_change_trial};
+pub use trial::{
+    DockError, ErrorRanges, FailureClass, GOOD_SEAT, LEFT, Picked, StagePose, TrialOutcome, TrialSetup,
+    tool_change_trial,
+};
 pub use variation::{SensorNoise, Variation};
 pub use world::{DT, GraspError, GraspWorld, Senses};

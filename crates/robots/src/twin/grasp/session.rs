@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use nalgebra::{Point3, Vector3};
 
-use super::trial::StagePose;
+use super::trial::{StagePose, drive};
 use super::{DT, DockError, GraspError, GraspWorld, HeldPlant, Order, Stage, ToolChange, TrialSetup};
 use crate::math::Pose;
 use crate::robot::JointVector;
@@ -73,7 +73,7 @@ impl<'a> Session<'a> {
     pub fn fetch(setup: &'a TrialSetup, error: &DockError) -> Result<(Self, ChangeRecord), GraspError> {
         let (world, pick) = setup.world(error)?;
         let seat = world.world_from_tool();
-        let mut session = Self { setup, world: Rc::new(RefCell::new(world)), seat };
+        let session = Self { setup, world: Rc::new(RefCell::new(world)), seat };
         let record = session.carry_out(Order::Pick, pick)?;
         Ok((session, record))
     }
@@ -82,28 +82,25 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// As of [`fetch`](Self::fetch).
-    pub fn bring_back(&mut self) -> Result<ChangeRecord, GraspError> {
+    pub fn bring_back(&self) -> Result<ChangeRecord, GraspError> {
         let s = self.setup;
         let grip = self.world().senses().world_from_grip;
         let change = ToolChange::new(Order::Return, &s.hand, &s.set, &s.world_from_dock, &grip, &s.options);
         self.carry_out(Order::Return, change)
     }
 
-    fn carry_out(&mut self, order: Order, mut change: ToolChange) -> Result<ChangeRecord, GraspError> {
+    fn carry_out(&self, order: Order, mut change: ToolChange) -> Result<ChangeRecord, GraspError> {
         let began = self.world().steps();
-        let (mut joints, mut snapshots) = (Vec::new(), vec![self.snapshot(None, 0.0)]);
-        while change.stage().is_some() {
-            let passed = self.world().steps() - began;
+        let (mut joints, mut snapshots) = (Vec::new(), vec![self.snapshot(None, 0.0, &self.world())]);
+        drive(&mut self.world.borrow_mut(), &mut change, |stage, world| {
+            let passed = world.steps() - began;
             if passed.is_multiple_of(STRIDE) {
-                joints.push(self.world().state().q);
+                joints.push(world.state().q);
             }
-            let done = change.finished().len();
-            let (grip, hand) = change.update(&self.world().senses(), DT);
-            if let Some(stage) = change.finished().get(done) {
-                snapshots.push(self.snapshot(Some(*stage), passed as f64 * DT));
+            if stage.is_some() {
+                snapshots.push(self.snapshot(stage, passed as f64 * DT, world));
             }
-            self.world.borrow_mut().step(&grip, &hand)?;
-        }
+        })?;
         Ok(ChangeRecord {
             order,
             succeeded: change.succeeded(),
@@ -115,15 +112,14 @@ impl<'a> Session<'a> {
         })
     }
 
-    fn snapshot(&self, stage: Option<Stage>, time: f64) -> Snapshot {
-        let world = self.world();
+    fn snapshot(&self, stage: Option<Stage>, time: f64, world: &GraspWorld) -> Snapshot {
         Snapshot {
             stage,
             time,
             q: world.state().q,
             fingers: world.fingers(),
             world_from_tool: world.world_from_tool(),
-            in_hand: self.setup.stage_pose(stage.unwrap_or(Stage::Approach), &world),
+            in_hand: self.setup.stage_pose(stage.unwrap_or(Stage::Approach), world),
         }
     }
 
@@ -166,7 +162,7 @@ impl<'a> Session<'a> {
     }
 
     /// Tells the world that the plant has been led to these wished joints, rad.
-    pub fn led_to(&mut self, wish: JointVector) {
+    pub fn led_to(&self, wish: JointVector) {
         self.world.borrow_mut().led_to(wish);
     }
 }

@@ -121,9 +121,9 @@ const SETTLE: u32 = 200;
 /// Largest offset (m) and turn (rad) of a tool in the hand that is grasped well.
 const GOOD_GRASP: [f64; 2] = [1e-3, 0.0175];
 /// A tool farther than this from where it should be is no longer there, m.
-const LEFT: f64 = 0.02;
+pub const LEFT: f64 = 0.02;
 /// Largest offset of a returned tool's nose from its seat that counts as seated, m.
-const GOOD_SEAT: f64 = 1e-3;
+pub const GOOD_SEAT: f64 = 1e-3;
 
 /// The pose of the tool in the hand at the end of a stage, against the design.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,6 +134,14 @@ pub struct StagePose {
     pub xyz: [f64; 3],
     /// Roll, pitch, yaw, rad.
     pub rpy: [f64; 3],
+}
+
+impl StagePose {
+    /// Whether the tool sits well in a hand that has grasped it fully.
+    pub fn is_good(&self) -> bool {
+        let [far, turned] = GOOD_GRASP;
+        self.xyz.iter().all(|x| x.abs() <= far) && self.rpy.iter().all(|r| r.abs() <= turned)
+    }
 }
 
 /// How a trial failed.
@@ -223,7 +231,7 @@ impl TrialSetup {
         let (mut world, mut change) = self.world(error)?;
         let seat = world.world_from_tool();
         let mut stages = Vec::new();
-        drive(&mut world, &mut change, |stage, world| stages.push(self.stage_pose(stage, world)))?;
+        drive(&mut world, &mut change, |stage, world| stages.extend(stage.map(|s| self.stage_pose(s, world))))?;
         Ok(Picked { world, change, stages, seat })
     }
 
@@ -258,8 +266,7 @@ impl TrialSetup {
         let tip = self.set.tool.pen_tip();
         let nominal = self.grip_from_held() * tip;
         outcome.pen_tip = Some((world.pen_tip() - nominal).into());
-        let [far, turned] = GOOD_GRASP;
-        if held.xyz.iter().any(|x| x.abs() > far) || held.rpy.iter().any(|x| x.abs() > turned) {
+        if !held.is_good() {
             outcome.failure = Some(FailureClass::BadPose);
         }
 
@@ -297,18 +304,16 @@ impl TrialSetup {
     }
 }
 
-/// Runs a tool change to its end; `passed` is called when a stage ends well.
-fn drive(
+/// Runs a tool change to its end; `see` sees the world before each step, and the stage that has just ended well, if one has.
+pub(super) fn drive(
     world: &mut GraspWorld,
     change: &mut ToolChange,
-    mut passed: impl FnMut(Stage, &GraspWorld),
+    mut see: impl FnMut(Option<Stage>, &GraspWorld),
 ) -> Result<(), GraspError> {
     while change.stage().is_some() {
         let done = change.finished().len();
         let (grip, hand) = change.update(&world.senses(), DT);
-        if let Some(stage) = change.finished().get(done) {
-            passed(*stage, world);
-        }
+        see(change.finished().get(done).copied(), world);
         world.step(&grip, &hand)?;
     }
     Ok(())

@@ -7,7 +7,7 @@ use rapier3d_f64::prelude::{
 
 use super::carrier::toward;
 use super::variation::NoiseSource;
-use super::{Carrier, Hand, HandCommand, HandModel, HandState, SensorNoise};
+use super::{Carrier, Hand, HandCommand, HandModel, HandState, SensorNoise, tool_from_pen};
 use crate::control::{ImpedanceController, MeasuredState, Reference};
 use crate::math::Pose;
 use crate::robot::{ArmModel, GRAVITY, JointVector, Kinematics};
@@ -216,15 +216,15 @@ impl GraspWorld {
         self.set.tool.mass
     }
 
-    /// True pen tip, m, world.
-    pub fn tool_tip(&self) -> Point3<f64> {
-        self.world_from_tool() * self.set.tool.pen_tip()
+    /// True pose of the pen's tip frame, world.
+    pub fn world_from_pen(&self) -> Pose {
+        self.world_from_tool() * tool_from_pen(&self.set)
     }
 
-    /// Its velocity, m/s, world.
+    /// Velocity of the pen's tip, m/s, world.
     pub fn tool_tip_velocity(&self) -> Vector3<f64> {
         let body = &self.plant.world().bodies[self.tool];
-        let v = body.velocity_at_point(to_rapier_vector(&self.tool_tip().coords));
+        let v = body.velocity_at_point(to_rapier_vector(&self.world_from_pen().translation.vector));
         Vector3::new(v.x, v.y, v.z)
     }
 
