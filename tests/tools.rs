@@ -16,9 +16,7 @@ fn scenario(name: &str, sets: &[&str]) -> Scenario {
 
 /// A folder of this test's own.
 fn folder(name: &str) -> PathBuf {
-    let all = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    std::fs::create_dir_all(all).unwrap();
-    let folder = all.join(format!("tools-{name}"));
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tools-{name}"));
     let _ = std::fs::remove_dir_all(&folder);
     folder
 }

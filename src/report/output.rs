@@ -2,6 +2,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A folder or file that can't be written.
 #[derive(Debug, thiserror::Error)]
@@ -28,7 +29,10 @@ impl OutputDir {
         if !there.is_dir() {
             return Err(error(there, io::Error::from(io::ErrorKind::NotADirectory)));
         }
-        let probe = there.join(format!(".calamus-{}", std::process::id()));
+        // several runs of one process may look at one folder at a time
+        static PROBES: AtomicU64 = AtomicU64::new(0);
+        let number = PROBES.fetch_add(1, Ordering::Relaxed);
+        let probe = there.join(format!(".calamus-{}-{number}", std::process::id()));
         File::create_new(&probe).and_then(|_| fs::remove_file(&probe)).map_err(|e| error(there, e))?;
         Ok(Self { path: path.to_path_buf() })
     }
@@ -80,6 +84,18 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
         assert_eq!(out.write("x.txt", b"1").unwrap(), dir.path().join("a/b/x.txt"));
         assert_eq!(fs::read_dir(out.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn checks_at_one_time_do_not_meet() {
+        let dir = tempfile::tempdir().unwrap();
+        std::thread::scope(|s| {
+            for i in 0..8 {
+                let path = dir.path().join(i.to_string());
+                s.spawn(move || (0..200).for_each(|_| drop(OutputDir::check(&path).unwrap())));
+            }
+        });
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     }
 
     #[test]
