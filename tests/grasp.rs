@@ -6,8 +6,8 @@ use calamus::math::Pose;
 use calamus::robot::{JointVector, UrdfOptions, urdf};
 use calamus::tool::ToolSet;
 use calamus::twin::grasp::{
-    ChangeError, ChangeOptions, DockError, ErrorRanges, FailureClass, HandCommand, Order, SensorNoise, Stage,
-    ToolChange, TrialOutcome, TrialSetup, Variation, tool_change_trial,
+    ChangeError, ChangeOptions, DockError, ErrorRanges, FailureClass, GraspMode, HandCommand, OPEN, Order, SensorNoise,
+    Stage, ToolChange, TrialOutcome, TrialSetup, Variation, tool_change_trial,
 };
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -86,13 +86,18 @@ fn a_trial_repeats_to_the_last_bit() {
 fn a_held_tool_stays_under_load_and_slips_out_of_frictionless_fingers() {
     let mut picked = TrialSetup::gantry(set()).pick(&corners()[0]).unwrap();
     assert!(picked.change.succeeded());
-    // the nib is pressed along the pen and dragged across
-    picked.world.pull(Vector3::new(3.0, 4.0, 5.0));
-    picked.hold(300).unwrap();
-    let before = picked.world.pen_tip();
-    picked.hold(2000).unwrap();
-    let slip = (picked.world.pen_tip() - before).norm();
-    assert!(slip <= 0.02e-3, "slipped by {:.4} mm", slip * 1e3);
+    // the nib is pressed along the pen and dragged across, any way
+    let mut before = picked.world.pen_tip();
+    for way in [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()] {
+        picked.world.pull(5.0 * way + Vector3::new(0.0, 0.0, 5.0));
+        picked.hold(300).unwrap();
+        before = picked.world.pen_tip();
+        for _ in 0..10 {
+            picked.hold(100).unwrap();
+            let slip = (picked.world.pen_tip() - before).norm();
+            assert!(slip <= 0.02e-3, "slipped by {:.4} mm", slip * 1e3);
+        }
+    }
 
     // shape alone doesn't hold it: nothing stands over the plates
     picked.world.pull(Vector3::new(0.0, 0.0, 8.0));
@@ -194,6 +199,55 @@ fn a_robot_that_knows_its_hand_badly_and_senses_badly_still_picks_the_tool() {
     let outcome = setup.run(&corners()[3]).unwrap();
     assert!(outcome.success(), "{outcome:?}");
     assert_eq!(outcome, setup.run(&corners()[3]).unwrap());
+}
+
+#[test]
+fn the_hand_does_what_it_is_told() {
+    let run = |command: HandCommand, steps: u32| {
+        let (mut world, _) = TrialSetup::gantry(set()).world(&DockError::default()).unwrap();
+        world.place_tool(&Pose::translation(2.0, 0.0, 1000.0));
+        let grip = world.world_from_grip();
+        for _ in 0..steps {
+            world.step(&grip, &command).unwrap();
+        }
+        world.senses().hand
+    };
+    let open = HandCommand { speed: 0.11, ..HandCommand::open() };
+    // the two fingers turn on their knuckles, outwards and inwards; the thumb has none
+    for (mode, spread) in [(GraspMode::Basic, 0.0), (GraspMode::Wide, 0.19), (GraspMode::Pinch, -0.19)] {
+        let hand = run(HandCommand { mode, close: 0.4, ..open }, 700);
+        assert!((hand.scissor[0] + hand.scissor[1]).abs() < 1e-3, "{mode:?}: {:?}", hand.scissor);
+        assert!((hand.scissor[0].abs() - f64::abs(spread)).abs() < 2e-3, "{mode:?}: {:?}", hand.scissor);
+        assert!(hand.q.iter().all(|q| (q[0] - 0.4).abs() < 0.02), "{mode:?}: {:?}", hand.q);
+    }
+    let outwards = |mode| run(HandCommand { mode, ..open }, 400).scissor[0];
+    assert!(outwards(GraspMode::Wide) * outwards(GraspMode::Pinch) < 0.0);
+    // a scissor grip closes the fingers on each other and bends none
+    let scissor = |close| run(HandCommand { mode: GraspMode::Scissor, close, ..open }, 700);
+    let (apart, together) = (scissor(OPEN), scissor(1.22));
+    assert!(apart.scissor[0] * together.scissor[0] < 0.0, "{:?} {:?}", apart.scissor, together.scissor);
+    assert!(together.q.iter().all(|q| (q[0] - OPEN).abs() < 0.02), "{:?}", together.q);
+    // half the speed, half the way
+    let way = |speed| run(HandCommand { close: 1.0, speed, ..open }, 300).q[0][0] - OPEN;
+    let ratio = way(0.044) / way(0.022);
+    assert!((1.8..2.2).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_weak_grip_lets_go_of_what_a_strong_one_holds() {
+    let slip = |grip: f64| {
+        let mut setup = TrialSetup::gantry(set());
+        setup.options.grip[1] = grip;
+        let mut picked = setup.pick(&DockError::default()).unwrap();
+        assert!(picked.change.succeeded(), "{grip} N");
+        let before = picked.world.pen_tip();
+        // up along the pen, where nothing but friction holds it
+        picked.world.pull(Vector3::new(0.0, 0.0, 45.0));
+        picked.hold(300).unwrap();
+        (picked.world.pen_tip() - before).norm()
+    };
+    let (weak, strong) = (slip(15.0), slip(35.0));
+    assert!(weak > 5e-3 && strong < 1e-3, "15 N: {:.3} mm, 35 N: {:.3} mm", weak * 1e3, strong * 1e3);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 use std::path::{Path, PathBuf};
 
 use calamus::report::OutputDir;
-use calamus::run::{Cache, Outcome, RunError, Silent, Until, evaluate, run};
+use calamus::run::{Cache, Outcome, Silent, Until, evaluate, run};
 use calamus::scenario::{Override, Scenario};
 
 fn root() -> &'static Path {
@@ -64,6 +64,7 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
     for outcome in [&rigid, &physics] {
         let tool = outcome.metrics.tool.as_ref().unwrap();
         assert_eq!((tool.changes, tool.failed), (2, 0));
+        assert_eq!(tool.held_by_friction, u64::from(std::ptr::eq(outcome, &physics)));
         assert!(outcome.metrics.line.as_ref().unwrap().coverage > Some(0.99), "{:?}", outcome.metrics.line);
     }
     let (a, b) = (ink(&a), ink(&b));
@@ -76,52 +77,48 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
 
 #[test]
 fn a_pen_that_is_pressed_hard_is_held_by_friction_whatever_was_wished() {
-    let digest = |sets: &[&str]| {
-        let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12", "sim.plant=articulated"];
-        let scenario = scenario("tool_change", &[&QUICK[1..], &hard, sets].concat());
-        let metrics = evaluate(&scenario, &Cache::default(), &Silent).unwrap();
-        assert!(metrics.contact.unwrap().force_max_n.unwrap() > 7.0);
-        metrics.digest.unwrap()
-    };
-    assert_eq!(digest(&[]), digest(&["tools.hold=physics"]));
+    let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12", "sim.plant=articulated"];
+    let scenario = scenario("tool_change", &[&QUICK[1..], &hard].concat());
+    let metrics = evaluate(&scenario, &Cache::default(), &Silent).unwrap();
+    assert!(metrics.contact.unwrap().force_max_n.unwrap() > 7.0);
+    assert_eq!(metrics.tool.unwrap().held_by_friction, 1);
 }
 
 #[test]
 fn two_arms_never_meet_and_save_time() {
     let svg = folder("two").with_extension("svg");
-    let line = |y: u32, color: &str| format!("<path d=\"M5,{y} L55,{y}\" fill=\"none\" stroke=\"{color}\"/>");
-    let lines = [line(10, "#1d4f91"), line(30, "#c02020")].concat();
-    let text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60mm\" height=\"50mm\" viewBox=\"0 0 60 50\">{lines}</svg>"
-    );
-    std::fs::write(&svg, text).unwrap();
+    let page = |width: u32, lines: &str| {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"50mm\" viewBox=\"0 0 {width} 50\">{lines}</svg>"
+        )
+    };
+    let line =
+        |x: u32, y: u32, color: &str| format!("<path d=\"M{x},{y} l6,0 l0,8\" fill=\"none\" stroke=\"{color}\"/>");
+    // two inks far apart: the arms can draw at the same time
+    let lines = [line(2, 10, "#1d4f91"), line(250, 30, "#c02020")].concat();
+    std::fs::write(&svg, page(260, &lines)).unwrap();
     let source = format!("drawing.source={:?}", svg.to_str().unwrap());
-    let mut both = scenario("tool_change", &[&QUICK[..], &[source.as_str()]].concat());
+    let wide = ["drawing.width_mm=260"];
+    let mut both = scenario("tool_change", &[&QUICK[1..], &wide, &[source.as_str()]].concat());
     both.arm = None;
     let cache = Cache::default();
     let metrics = evaluate(&both, &cache, &Silent).unwrap();
     let tool = metrics.tool.unwrap();
     let schedule = tool.schedule.unwrap();
     assert_eq!((tool.changes, tool.failed), (4, 0));
+    assert!(schedule.together_s > 3.0, "{schedule:?}");
     assert!(schedule.distance_planned_mm.unwrap() > 30.0 && schedule.distance_mm.unwrap() > 30.0, "{schedule:?}");
     assert!(schedule.saved_fraction > 0.25, "{schedule:?}");
     assert!(metrics.line.unwrap().coverage > Some(0.99));
     // the same again, to the last bit
     assert_eq!(metrics.digest, evaluate(&both, &cache, &Silent).unwrap().digest);
-    // a margin that can't be kept is refused
-    both.tools.as_mut().unwrap().margin_mm = 480.0;
-    let refused = evaluate(&both, &cache, &Silent).unwrap_err();
-    assert!(matches!(refused, RunError::TooNear { .. }), "{refused}");
     // there is no fifth pen
     let many: String = ["#101010", "#aa0000", "#00aa00", "#0000aa", "#aaaa00"]
         .iter()
-        .zip([8, 16, 24, 32, 40])
-        .map(|(c, y)| line(y, c))
+        .zip([2, 10, 20, 30, 38])
+        .map(|(c, y)| line(8, y, c))
         .collect();
-    let text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60mm\" height=\"50mm\" viewBox=\"0 0 60 50\">{many}</svg>"
-    );
-    std::fs::write(&svg, text).unwrap();
+    std::fs::write(&svg, page(60, &many)).unwrap();
     let one = scenario("tool_change", &[&QUICK[..], &[source.as_str()]].concat());
     let refused = evaluate(&one, &cache, &Silent).unwrap_err();
     assert_eq!(
@@ -137,6 +134,20 @@ fn a_pen_that_can_t_be_fetched_stops_the_run_safely() {
     assert!(why.starts_with("left gave up fetching a pen"), "{why}");
     assert_eq!(outcome.metrics.tool.as_ref().unwrap().failed, 1);
     assert!(folder.join("report.html").exists() && folder.join("tools.csv").exists());
+}
+
+#[test]
+fn a_pen_that_falls_stops_the_run_and_what_was_drawn_is_kept() {
+    let (outcome, folder) = drawn("fallen", &["tools.open_after_s=12", "tools.finger_friction=0.05"]);
+    let why = outcome.stopped.expect("open fingers hold nothing");
+    assert_eq!(why, "left lost its pen while it drew with it; the pen has fallen");
+    let tool = outcome.metrics.tool.as_ref().unwrap();
+    assert_eq!((tool.changes, tool.successes, tool.failed, tool.dropped), (1, 0, 1, 1));
+    let coverage = outcome.metrics.line.as_ref().unwrap().coverage.unwrap();
+    assert!((0.02..0.9).contains(&coverage), "{coverage}");
+    assert!(!ink(&folder).is_empty() && folder.join("report.html").exists());
+    let table = std::fs::read_to_string(folder.join("tools.csv")).unwrap();
+    assert!(table.lines().last().unwrap().contains(",lost,"), "{table}");
 }
 
 #[test]

@@ -139,6 +139,9 @@ pub struct WorstFile {
     /// The smallest figures are the worst.
     #[serde(default)]
     pub lowest: bool,
+    /// Names of rates: the first trial that counts in each is shown too.
+    #[serde(default)]
+    pub each: Vec<String>,
 }
 
 impl WorstFile {

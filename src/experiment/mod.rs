@@ -142,7 +142,7 @@ pub fn replay(
     run::run(&scenario, Until::End, out, progress).map_err(|source| ExperimentError::Run { trial: index, source })
 }
 
-/// Runs the worst trials again, with pictures.
+/// Runs the worst trials again, and one of each rate that is to be shown, with pictures.
 fn show_worst(
     experiment: &Experiment,
     rows: &[Row],
@@ -155,14 +155,30 @@ fn show_worst(
     // equal figures in the order of trials
     ranked.sort_by(|a, b| if worst.lowest { a.0.total_cmp(&b.0) } else { b.0.total_cmp(&a.0) });
     ranked.truncate(worst.n);
-    progress.stage("worst trials", Some(ranked.len() as u64));
+    let mut chosen: Vec<(&Row, String)> = worst
+        .each
+        .iter()
+        .filter_map(|rate| Some((rows.iter().find(|r| r.is_ok() && rate.is_met(r))?, rate.name.replace('_', " "))))
+        .collect();
+    for (value, row) in ranked {
+        let why = format!("{} {}", worst.quantity.name(), page::figure(value));
+        match chosen.iter_mut().find(|(r, _)| r.trial == row.trial) {
+            Some((_, words)) => *words = format!("{words}; {why}"),
+            None => chosen.push((row, why)),
+        }
+    }
+    progress.stage("worst trials", Some(chosen.len() as u64));
     let mut shown = Vec::new();
-    for (i, (_, row)) in ranked.iter().enumerate() {
+    for (i, (row, why)) in chosen.into_iter().enumerate() {
         let folder = format!("worst/trial-{}", row.trial);
         let outcome = replay(experiment, row.trial, &OutputDir::check(&out.path().join(&folder))?, &Silent)?;
         let names = outcome.files.iter().filter_map(|f| f.file_name()).map(|n| n.to_string_lossy().into_owned());
-        let pictures = names.filter(|n| n == "drawing.png" || (n.starts_with("view-") && n.ends_with(".png"))).take(2);
-        shown.push(Shown { row: (*row).clone(), folder, pictures: pictures.collect() });
+        let names: Vec<String> = names.filter(|n| n.ends_with(".png")).collect();
+        // where a tool change failed says more than what was drawn
+        let failed = |n: &&String| n.starts_with("stage-") && (n.contains("_failed") || n.contains("lost"));
+        let others = |n: &&String| *n == "drawing.png" || n.starts_with("view-");
+        let pictures = names.iter().filter(failed).take(2).chain(names.iter().filter(others).take(2)).cloned();
+        shown.push(Shown { row: row.clone(), why, folder, pictures: pictures.collect() });
         progress.advance(i as u64 + 1);
     }
     Ok(shown)

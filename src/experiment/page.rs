@@ -14,6 +14,8 @@ use super::summary::{Group, Summary};
 pub(super) struct Shown {
     /// Its row.
     pub row: Row,
+    /// Why it is shown.
+    pub why: String,
     /// Its folder beside the page.
     pub folder: String,
     /// Pictures in that folder.
@@ -102,7 +104,7 @@ fn cell(estimate: Option<&Estimate>, scale: f64) -> String {
 }
 
 /// Four digits, whole numbers whole.
-fn figure(x: f64) -> String {
+pub(super) fn figure(x: f64) -> String {
     if x == x.trunc() && x.abs() < 1e15 {
         return format!("{x:.0}");
     }
@@ -178,15 +180,15 @@ fn contrasts(summary: &Summary) -> String {
 
 fn worst(experiment: &Experiment, shown: &[Shown]) -> String {
     let Some(worst) = experiment.worst.as_ref().filter(|_| !shown.is_empty()) else { return String::new() };
-    let mut html = format!("<h2>Worst trials: {}</h2>\n", escape(&worst.quantity.meaning()));
-    for Shown { row, folder, pictures } in shown {
-        let value = worst.quantity.value(row).map_or_else(|| "-".into(), figure);
+    let kinds = if worst.each.is_empty() { "" } else { ", and one of each kind" };
+    let mut html = format!("<h2>Worst trials: {}{kinds}</h2>\n", escape(&worst.quantity.meaning()));
+    for Shown { row, why, folder, pictures } in shown {
         let _ = writeln!(
             html,
-            "<h3>Trial {}{}: {} {value}</h3>\n<p class=\"key\">{} &middot; <a href=\"{folder}/report.html\">everything about it</a></p>\n<div class=\"pictures\">",
+            "<h3>Trial {}{}: {}</h3>\n<p class=\"key\">{} &middot; <a href=\"{folder}/report.html\">everything about it</a></p>\n<div class=\"pictures\">",
             row.trial,
             if row.case.is_empty() { String::new() } else { format!(", {}", escape(&row.case)) },
-            escape(&worst.quantity.name()),
+            escape(why),
             escape(&settings(row)),
         );
         for picture in pictures {

@@ -65,6 +65,8 @@ pub struct Worst {
     pub n: usize,
     /// The smallest are the worst.
     pub lowest: bool,
+    /// Rates of which one trial each is shown.
+    pub each: Vec<Rate>,
 }
 
 /// Cases, times the points of a grid, times trials of each.
@@ -179,7 +181,12 @@ impl Experiment {
             }
             Some(w) => {
                 let quantity = Quantity::parse(&w.metric, &rates).map_err(|e| bad(Section::Worst, "metric", e))?;
-                Some(Worst { quantity, n: w.n as usize, lowest: w.lowest })
+                let known = |name: &String| {
+                    let wrong = || bad(Section::Worst, "each", format!("no rate `{name}` in `[rate]`"));
+                    rates.iter().find(|r| r.name == *name).cloned().ok_or_else(wrong)
+                };
+                let each = w.each.iter().map(known).collect::<Result<_, _>>()?;
+                Some(Worst { quantity, n: w.n as usize, lowest: w.lowest, each })
             }
         };
 

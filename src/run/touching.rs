@@ -197,10 +197,8 @@ impl Hand<'_> {
         let mut executed = self.simulation.execute(&plan, guard, &mut |_| ())?;
         let passed = executed.time - began;
         for arm in plan.arms {
-            for mut segment in arm.segments.into_iter().filter(|s| s.start < passed || executed.stopped.is_none()) {
-                if executed.stopped.is_some() && segment.end() > passed {
-                    segment.trajectory = segment.trajectory.until(passed - segment.start);
-                }
+            let arm = if executed.stopped.is_some() { arm.until(passed) } else { arm };
+            for mut segment in arm.segments {
                 segment.start += began;
                 self.done.push(segment);
             }

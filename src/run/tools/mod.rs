@@ -1,14 +1,15 @@
 //! Drawings by arms with grippers: pens are fetched from docks, drawn with and brought back, by two arms on one canvas.
 //!
 //! Each arm's work is simulated by itself in its own time, tool changes by contact and friction, drawing with the pen as the
-//! grasp left it. What then has to be known is who waits for whom: only one arm is over the canvas at a time, and while it draws
-//! the other changes its pen. The physics of an arm doesn't depend on when it moves, so records are shifted in time and joined.
+//! grasp left it. What then has to be known is who waits for whom: arms are over the canvas at the same time only where the space
+//! that one sweeps with a pen keeps clear of the other's, else one changes its pen while the other draws. The physics of an arm doesn't depend on when it moves, so records are shifted in time and joined.
 mod apart;
 mod kit;
 mod scenery;
 mod schedule;
 mod snapshots;
 mod work;
+mod zone;
 
 use std::time::Instant;
 
@@ -28,11 +29,12 @@ use crate::surface::{Mapping, SurfaceDrawing};
 use crate::twin::Record;
 use crate::twin::grasp::{ChangeRecord, GOOD_SEAT, Order};
 
-use apart::{Motion, nearest};
+use apart::{Motion, Nearest, nearest};
 use kit::Kit;
 use scenery::StageView;
-use schedule::{Schedule, schedule};
-use work::{Change, Site, Task, Worked, work};
+use schedule::{Schedule, Turn, schedule};
+use work::{Change, Site, Stop, Task, Worked, work};
+use zone::{Space, Sweep};
 
 use snapshots::stages_csv;
 
@@ -48,6 +50,8 @@ pub(super) struct Drawn {
     pub tool: ToolMetrics,
     /// Tool changes of each arm.
     changes: Vec<Vec<Change>>,
+    /// Arms that stopped before all was drawn.
+    stops: Vec<Option<Stop>>,
     /// Hands, docks and tools, to be seen.
     pub extra: Extra,
     /// Pictures of the first fetch and the first return.
@@ -208,37 +212,55 @@ pub(super) fn draw(
     let world = cast.surroundings(scenario, mapping);
     let twin = options::twin_options(scenario);
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let worked: Vec<Worked> = kits
-        .par_iter()
-        .zip(&tasks)
-        .zip(&obstacles)
-        .map(|((kit, tasks), obstacles)| {
+    let ground = [furniture.as_slice(), &[cast.truth.mesh.clone()]].concat();
+    let go = |waits: &[Vec<f64>]| -> Result<Vec<Worked>, RunError> {
+        let arms = kits.par_iter().zip(&tasks).zip(&obstacles);
+        arms.map(|((kit, tasks), obstacles)| {
             let site = Site {
                 scenario,
                 tools,
                 world: &world,
                 canvas: &cast.belief,
                 obstacles,
+                ground: &ground,
                 plan: &plan_options,
                 twin: &twin,
                 colors: &colors,
             };
-            work(&site, kit, tasks, &mut || {
+            work(&site, kit, tasks, waits.get(kit.index).map_or(&[], Vec::as_slice), &mut || {
                 let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
                 progress.advance(done.min(count) as u64);
             })
         })
-        .collect::<Result<_, RunError>>()?;
-    let mut drawn = join(tools, &kits, &models, worked, reach, planning)?;
+        .collect()
+    };
+    let mut worked = go(&[])?;
+    let turns = turns(tools, &models, &worked);
+    let dry = cast.pens.iter().filter_map(|p| p.pen.drying).map(|d| d.open).fold(f64::INFINITY, f64::min);
+    if turns.waiting() > 0.0 && longest_out(&worked, &turns) > dry {
+        // a nib dries while its arm waits; nothing but its ink depends on that
+        worked = go(&turns.waits)?;
+    }
+    let mut drawn = join(tools, &kits, &models, worked, turns, reach, planning)?;
     for kit in &kits {
         let own = places.iter().zip(&colors).filter(|((arm, _), _)| *arm == kit.index);
         let inks: Vec<(usize, Rgb)> = own.map(|((_, dock), color)| (*dock, *color)).collect();
-        drawn.extra.items.extend(scenery::docks(kit, &inks, None)?);
+        let stop = drawn.stops[kit.index].as_ref();
+        drawn.extra.items.extend(scenery::docks(kit, &inks, stop.map(|s| s.dock))?);
+        if let Some(stop) = stop {
+            drawn.extra.items.extend(scenery::tool(kit, colors[stop.layer], &stop.world_from_tool)?);
+        }
         drawn.extra.models.push(kit.bare.clone());
         let first = |order| drawn.changes[kit.index].iter().find(|c| c.record.order == order);
         if scenario.render.tool_stages && drawn.stages.is_empty() {
-            for change in [Order::Pick, Order::Return].into_iter().filter_map(first) {
-                let views = scenery::stage_views(kit, change, &inks, &colors, scenario.render.view_px)?;
+            let failed = drawn.changes[kit.index].iter().find(|c| c.record.snapshots.iter().any(|s| s.failed));
+            let mut shown: Vec<(&Change, &str)> =
+                [Order::Pick, Order::Return].into_iter().filter_map(first).map(|c| (c, "stage")).collect();
+            if let Some(failed) = failed.filter(|f| shown.iter().all(|(s, _)| !std::ptr::eq(*s, *f))) {
+                shown.push((failed, "stage-failed"));
+            }
+            for (change, prefix) in shown {
+                let views = scenery::stage_views(kit, change, &inks, &colors, scenario.render.view_px, prefix)?;
                 drawn.stages.extend(views);
             }
         }
@@ -253,6 +275,15 @@ fn when(worked: &Worked, starts: &[f64], time: f64) -> f64 {
         (Some(own), Some(whole)) => whole + (time - own),
         _ => time,
     }
+}
+
+/// The longest time for which a pen is away from its dock, waits included, s.
+fn longest_out(worked: &[Worked], turns: &Schedule) -> f64 {
+    let out = worked.iter().zip(&turns.starts).flat_map(|(w, starts)| {
+        let begins = w.changes.iter().map(|c| when(w, starts, c.start + 1e-9)).chain([turns.end]);
+        begins.collect::<Vec<_>>().windows(2).map(|t| t[1] - t[0]).collect::<Vec<_>>()
+    });
+    out.fold(0.0, f64::max)
 }
 
 /// The arms' segments in the time of the run, with their waits.
@@ -277,16 +308,39 @@ fn timed(arm: usize, worked: &Worked, starts: &[f64], home: &JointVector) -> Arm
     ArmPlan { arm, segments }
 }
 
+/// Whose turn it is when: arms are over the canvas together where their zones share no cell.
+fn turns(tools: &ToolSettings, models: &[ArmModel], worked: &[Worked]) -> Schedule {
+    let pieces: Vec<_> = worked.iter().map(|w| w.pieces.clone()).collect();
+    let swept = |w: &Worked, arm: &ArmModel| -> Vec<Option<Sweep>> {
+        let sweep = |i: usize| {
+            let (from, to) = (w.starts[i] - 1e-9, w.starts[i] + w.pieces[i].duration - 1e-9);
+            let segments: Vec<&Segment> = w.segments.iter().filter(|s| s.start >= from && s.start < to).collect();
+            w.pieces[i].over_canvas.then(|| Sweep::new(arm, &segments))
+        };
+        (0..w.pieces.len()).into_par_iter().map(sweep).collect()
+    };
+    let [left, right] = worked else { return schedule(&pieces, &|_, _| true) };
+    let sweeps = [swept(left, &models[0]), swept(right, &models[1])];
+    let [one, other] = [0, 1].map(|a| sweeps[a].iter().flatten().collect::<Vec<_>>());
+    let space = Space::between(&one, &other, tools.margin_mm * 1e-3);
+    let zones = sweeps.map(|s| s.par_iter().map(|s| s.as_ref().map(|s| space.zone(s))).collect::<Vec<_>>());
+    let clash = |(a, i): Turn, (b, j): Turn| match (&zones[a][i], &zones[b][j]) {
+        (Some(one), Some(other)) => one.meets(other),
+        _ => true,
+    };
+    schedule(&pieces, &clash)
+}
+
 fn join(
     tools: &ToolSettings,
     kits: &[Kit],
     models: &[ArmModel],
     worked: Vec<Worked>,
+    turns: Schedule,
     reach: ReachReport,
     planning: f64,
 ) -> Result<Drawn, RunError> {
     let pieces: Vec<_> = worked.iter().map(|w| w.pieces.clone()).collect();
-    let turns = schedule(&pieces);
     // an arm that stops calls the whole off
     let ends = worked.iter().zip(&turns.starts).filter(|(w, _)| w.stopped.is_some());
     let stop = ends
@@ -311,7 +365,10 @@ fn join(
         }
         own.push(w);
     }
-    let dropped = own.iter().filter(|w| w.stopped.as_ref().is_some_and(|s| s.dropped)).count() as u64;
+    let stops =
+        |what: &dyn Fn(&Stop) -> bool| own.iter().filter(|w| w.stopped.as_ref().is_some_and(what)).count() as u64;
+    let held: u64 = own.iter().map(|w| w.held_by_friction).sum();
+    let (dropped, lost) = (stops(&|s| s.dropped), stops(&|s| s.lost));
     let record = Record::joined(parts, &|arm, time| when(&own[arm], &turns.starts[arm], time), stop);
     for (arm, list) in changes.iter_mut().enumerate() {
         list.iter_mut().for_each(|c| c.start = when(&own[arm], &turns.starts[arm], c.start + 1e-9));
@@ -333,12 +390,26 @@ fn join(
         nearest(&a, &b, LOOK)
     };
     let (in_plan, in_truth) = (near(&planned_ways), near(&real));
-    if let Some(n) = in_plan.filter(|n| n.distance < tools.margin_mm * 1e-3) {
-        return Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm: tools.margin_mm });
-    }
-    let tool = figures(&changes, &turns, &pieces, dropped, in_plan.map(|n| n.distance), in_truth.map(|n| n.distance));
+    keep_apart(in_plan, tools.margin_mm)?;
+    let tool = figures(
+        &changes,
+        &turns,
+        &pieces,
+        [held, dropped, lost],
+        in_plan.map(|n| n.distance),
+        in_truth.map(|n| n.distance),
+    );
+    let stops = own.into_iter().map(|w| w.stopped).collect();
     let (extra, stages) = (Extra::default(), Vec::new());
-    Ok(Drawn { plan, reach, record, tool, changes, extra, stages, planning, stopped })
+    Ok(Drawn { plan, reach, record, tool, changes, stops, extra, stages, planning, stopped })
+}
+
+/// Refuses a plan in which arms come nearer than they may.
+fn keep_apart(nearest: Option<Nearest>, margin_mm: f64) -> Result<(), RunError> {
+    match nearest.filter(|n| n.distance < margin_mm * 1e-3) {
+        Some(n) => Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm }),
+        None => Ok(()),
+    }
 }
 
 /// An arm's joints over the time of the run: as wished where it travels and draws, as they were in tool changes.
@@ -366,7 +437,7 @@ fn figures(
     changes: &[Vec<Change>],
     turns: &Schedule,
     pieces: &[Vec<schedule::Piece>],
-    dropped: u64,
+    [held_by_friction, dropped, lost]: [u64; 3],
     in_plan: Option<f64>,
     in_truth: Option<f64>,
 ) -> ToolMetrics {
@@ -378,12 +449,13 @@ fn figures(
     let alone: f64 = pieces.iter().flatten().map(|p| p.duration).sum();
     let gave_up = |order: Order| count(&|c| c.record.order == order && !c.record.succeeded);
     let bad = |c: &Change| {
-        let held = c.record.snapshots.last().filter(|_| c.record.order == Order::Pick && c.record.succeeded);
+        let fetched = c.record.order == Order::Pick && c.record.succeeded;
+        let held = c.record.snapshots.iter().rfind(|s| fetched && !s.failed);
         held.is_some_and(|s| !s.in_hand.is_good())
     };
     let (bad_pose, not_seated) = (count(&bad), count(&|c| c.seat_gap.is_some_and(|gap| gap > GOOD_SEAT)));
     let first = all().find(|c| c.record.order == Order::Pick);
-    let stages = first.iter().flat_map(|c| &c.record.snapshots).filter_map(|s| {
+    let stages = first.iter().flat_map(|c| &c.record.snapshots).filter(|s| !s.failed).filter_map(|s| {
         let pose = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);
         s.stage.map(|stage| (snapshots::stage_name(stage).to_string(), pose))
     });
@@ -392,11 +464,13 @@ fn figures(
         ToolPose::of(e.translation.vector.into(), [roll, pitch, yaw])
     });
     let (picks, returns) = (gave_up(Order::Pick), gave_up(Order::Return));
+    let failed = picks + returns + bad_pose + not_seated + lost;
     ToolMetrics {
         changes: all().count() as u64,
         attempts: all().map(|c| u64::from(c.record.attempts)).sum(),
-        successes: all().count() as u64 - picks - returns - bad_pose - not_seated,
-        failed: picks + returns + bad_pose + not_seated,
+        successes: (all().count() as u64).saturating_sub(failed),
+        failed,
+        held_by_friction,
         dropped,
         pick_given_up: picks,
         return_given_up: returns,
@@ -410,11 +484,28 @@ fn figures(
         steps: all().map(|c| c.record.steps).sum(),
         schedule: Some(ScheduleMetrics {
             duration_s: turns.end,
-            waiting_s: turns.waiting,
+            waiting_s: turns.waiting(),
+            together_s: turns.together,
             one_arm_s: alone,
             saved_fraction: if alone > 0.0 { 1.0 - turns.end / alone } else { 0.0 },
             distance_planned_mm: in_plan.map(|d| d * 1e3),
             distance_mm: in_truth.map(|d| d * 1e3),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_margin_that_is_not_kept_is_refused() {
+        let near = |distance| Some(Nearest { distance, time: 12.5 });
+        assert!(keep_apart(near(0.0301), 30.0).is_ok() && keep_apart(None, 30.0).is_ok());
+        let refused = keep_apart(near(0.0299), 30.0).unwrap_err().to_string();
+        assert!(
+            refused.contains("29.9 mm") && refused.contains("12.5 s") && refused.contains("margin_mm = 30"),
+            "{refused}"
+        );
     }
 }

@@ -2,7 +2,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::kit::Kit;
-use super::snapshots::stage_name;
+use super::snapshots::snapshot_name;
 use super::work::Change;
 use crate::math::{Pose, Rgb};
 use crate::mesh::TriMesh;
@@ -50,21 +50,27 @@ pub(super) fn docks(kit: &Kit, inks: &[(usize, Rgb)], empty: Option<usize>) -> R
     Ok(items)
 }
 
+/// A tool with a pen of colour `ink` at a pose.
+pub(super) fn tool(kit: &Kit, ink: Rgb, world_from_tool: &Pose) -> Result<Vec<Item>, RunError> {
+    Ok(placed(&tool_visuals(&kit.set, ink).map_err(RunError::Tool)?, world_from_tool))
+}
+
 /// An arm with its hand and the tool as they stood at an instant.
 fn at_work(kit: &Kit, snapshot: &Snapshot, ink: Rgb) -> Result<Vec<Item>, RunError> {
     let arm = with_hand(&kit.arm.model, &kit.hand, &snapshot.fingers);
     let mut items = ArmVisuals::new(&arm).items(arm.kinematics(&snapshot.q).world_from_links());
-    items.extend(placed(&tool_visuals(&kit.set, ink).map_err(RunError::Tool)?, &snapshot.world_from_tool));
+    items.extend(tool(kit, ink, &snapshot.world_from_tool)?);
     Ok(items)
 }
 
-/// One picture a stage of a tool change, close to the dock.
+/// One picture a stage of a tool change, close to the dock; names of files begin with `prefix`.
 pub(super) fn stage_views(
     kit: &Kit,
     change: &Change,
     inks: &[(usize, Rgb)],
     colors: &[Rgb],
     size: [u32; 2],
+    prefix: &str,
 ) -> Result<Vec<StageView>, RunError> {
     let place = kit.docks[change.dock];
     let (order, verb) = match change.record.order {
@@ -74,7 +80,7 @@ pub(super) fn stage_views(
     let mut views = Vec::new();
     let around = docks(kit, inks, Some(change.dock))?;
     for (i, snapshot) in change.record.snapshots.iter().enumerate() {
-        let stage = snapshot.stage.map_or("begin", stage_name);
+        let stage = snapshot_name(snapshot);
         let mut items = around.clone();
         items.extend(at_work(kit, snapshot, colors[change.layer])?);
         // from the front and the side of the fingers, a little from above, over the way of hand and tool
@@ -82,12 +88,18 @@ pub(super) fn stage_views(
         let last = grip.world_from_link(kit.arm.model.dof()) * last_from_grip(&kit.arm.model, &kit.hand);
         let at = |x: f64, y: f64, z: f64| place * Point3::new(x, y, z);
         let mut points = vec![last * Point3::new(0.1, 0.0, 0.0)];
-        for z in [-0.14, 0.15] {
-            points.extend([at(-0.3, -0.1, z), at(-0.3, 0.1, z), at(0.1, -0.1, z), at(0.1, 0.1, z)]);
+        if snapshot.is_lost() {
+            // far from the dock: hand and pen
+            points.push(last * Point3::new(-0.15, 0.1, 0.1));
+            points.extend([-0.25, 0.15].map(|z| snapshot.world_from_tool * Point3::new(0.0, 0.0, z)));
+        } else {
+            for z in [-0.14, 0.15] {
+                points.extend([at(-0.3, -0.1, z), at(-0.3, 0.1, z), at(0.1, -0.1, z), at(0.1, 0.1, z)]);
+            }
         }
         let direction = place.rotation * Vector3::new(-0.55, 1.0, -0.4);
         views.push(StageView {
-            name: format!("stage-{order}-{i}-{stage}"),
+            name: format!("{prefix}-{order}-{i}-{stage}"),
             caption: format!("{verb} a pen: {}", stage.replace('_', " ")),
             items,
             view: View::fit(&points, direction, Vector3::z(), 0.05, size),

@@ -1,7 +1,7 @@
 //! How the tool sat in the hand, stage by stage, as a table.
 use super::work::Change;
 use crate::measure::ToolPose;
-use crate::twin::grasp::{Order, Stage};
+use crate::twin::grasp::{Order, Snapshot, Stage};
 
 /// The name of a stage in files.
 pub(super) fn stage_name(stage: Stage) -> &'static str {
@@ -18,6 +18,16 @@ pub(super) fn stage_name(stage: Stage) -> &'static str {
     }
 }
 
+/// What an instant of a tool change is called in files.
+pub(super) fn snapshot_name(snapshot: &Snapshot) -> String {
+    match (snapshot.stage.map(stage_name), snapshot.failed) {
+        (Some(stage), false) => stage.into(),
+        (Some(stage), true) => format!("{stage}_failed"),
+        (None, false) => "begin".into(),
+        (None, true) => "lost".into(),
+    }
+}
+
 /// Every stage of every tool change: time (s) at its end, and the tool in the hand against the design (mm, degrees).
 pub(super) fn stages_csv(changes: &[Vec<Change>], arms: &[&str], inks: &[&str]) -> String {
     let mut text =
@@ -30,7 +40,7 @@ pub(super) fn stages_csv(changes: &[Vec<Change>], arms: &[&str], inks: &[&str]) 
             };
             for s in &c.record.snapshots {
                 let p = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);
-                let stage = s.stage.map_or("begin", stage_name);
+                let stage = snapshot_name(s);
                 let (ink, time) = (inks[c.layer], c.start + s.time);
                 text.push_str(&format!(
                     "{arm},{ink:?},{},{order},{},{stage},{time:.3},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4}\n",

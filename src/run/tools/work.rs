@@ -14,9 +14,14 @@ use crate::twin::{Record, Simulation, Surroundings, TwinArm, TwinOptions};
 
 /// How far a fetched tool is raised straight up from over its dock, m.
 const RAISE: f64 = 0.05;
-/// Force on the pen's tip up to which a grasp is as good as rigid, N: a minute's pull of 5 N across and 5 N along the pen moves its tip by
-/// less than a twentieth of a millimetre. Where a pen is pressed harder, its grasp is simulated.
+/// Force on the pen's tip up to which a grasp as designed is as good as rigid, N: a minute's pull of 5 N across and 5 N along the pen
+/// moves its tip by less than 0.002 mm (`examples/grip.rs`). It falls with the fingers' friction and strength. Where a pen is pressed
+/// harder, its grasp is simulated.
 const GRIP_BEARS: f64 = 7.0;
+/// Friction of fingers with which that was measured.
+const GRIP_FRICTION: f64 = 0.25;
+/// How long a lost pen is followed, s.
+const FALL: f64 = 1.0;
 
 /// What an arm draws with one pen before it brings that back.
 pub(super) struct Task {
@@ -52,6 +57,8 @@ pub(super) struct Worked {
     /// All motion as it was planned, in the arm's own time.
     pub segments: Vec<Segment>,
     pub changes: Vec<Change>,
+    /// Tasks in which contact and friction held the pen while it drew.
+    pub held_by_friction: u64,
     /// Why it stopped before all was done.
     pub stopped: Option<Stop>,
 }
@@ -61,6 +68,12 @@ pub(super) struct Stop {
     pub reason: String,
     /// Whether the pen isn't in its dock and not in the hand.
     pub dropped: bool,
+    /// Whether it was lost after the hand had fetched it.
+    pub lost: bool,
+    /// Index of its ink's layer, index of its dock, and where it is, world.
+    pub layer: usize,
+    pub dock: usize,
+    pub world_from_tool: Pose,
 }
 
 /// What an arm works in.
@@ -71,6 +84,8 @@ pub(super) struct Site<'a> {
     pub canvas: &'a BelievedCanvas,
     /// What is kept clear of, but for this arm's own docks.
     pub obstacles: &'a [TriMesh],
+    /// What a pen may fall on.
+    pub ground: &'a [TriMesh],
     pub plan: &'a PlanOptions,
     pub twin: &'a TwinOptions,
     /// Colour of each layer's ink.
@@ -114,9 +129,13 @@ struct Worker<'a> {
     site: &'a Site<'a>,
     kit: &'a Kit<'a>,
     simulation: Simulation<'a>,
+    /// How long the arm stands waiting before each piece, s: nibs dry.
+    waits: &'a [f64],
     done: Worked,
     /// Largest normal force on the pen in the motion before, N.
     peak: f64,
+    /// Whether the hand has lost its pen in it.
+    lost: bool,
     /// Where the wished motion rests, rad.
     at: JointVector,
 }
@@ -124,13 +143,20 @@ struct Worker<'a> {
 impl Worker<'_> {
     /// Carries out motion. `over_canvas` pieces are the canvas's alone.
     fn motion(&mut self, plan: Plan, over_canvas: bool) -> Result<(), RunError> {
+        let waited = self.waits.get(self.done.pieces.len()).copied().unwrap_or(0.0);
+        self.simulation.let_dry(0, waited);
         let began = self.simulation.time();
         let executed = self.simulation.execute(&plan, None, &mut |_| ())?;
         self.peak = executed.arms.iter().map(|a| a.peak).fold(0.0, f64::max);
-        for mut segment in plan.arms.into_iter().flat_map(|a| a.segments) {
-            self.at = end_of(&segment.trajectory);
-            segment.start += began;
-            self.done.segments.push(segment);
+        self.lost = executed.lost.is_some();
+        let passed = executed.time - began;
+        for arm in plan.arms {
+            let arm = if self.lost { arm.until(passed) } else { arm };
+            for mut segment in arm.segments {
+                self.at = end_of(&segment.trajectory);
+                segment.start += began;
+                self.done.segments.push(segment);
+            }
         }
         self.piece(began, over_canvas);
         Ok(())
@@ -173,14 +199,32 @@ impl Worker<'_> {
         succeeded
     }
 
-    /// Books that the arm stops: `session` tells where the pen is.
-    fn stop(&mut self, doing: &str, session: &Session) {
+    /// Books that the arm stops after a change that failed: `session` tells where the pen is.
+    fn give_up(&mut self, doing: &str, task: &Task, session: &Session) -> Ended {
         let last = self.done.changes.last().and_then(|c| c.record.reports.last());
         let why = last.map_or_else(String::new, |w| format!(": {w}"));
+        self.stop(&format!("gave up {doing}{why}"), false, task, session)
+    }
+
+    /// The same where the fingers tell that the pen has gone: the arm stands still, and the pen falls on what lies under it.
+    fn lose(&mut self, task: &Task, session: &Session) -> Result<Ended, RunError> {
+        let broken = |source| RunError::Grasp { arm: self.kit.arm.model.name.clone(), source };
+        session.led_to(self.at);
+        session.put_ground(self.site.ground).and_then(|()| session.stand(FALL)).map_err(broken)?;
+        let now = self.simulation.time();
+        if let Some(fetch) = self.done.changes.last_mut() {
+            fetch.record.snapshots.push(session.lost(now - fetch.start + FALL));
+        }
+        Ok(self.stop("lost its pen while it drew with it", true, task, session))
+    }
+
+    fn stop(&mut self, what: &str, lost: bool, task: &Task, session: &Session) -> Ended {
         let dropped = session.from_seat() > LEFT && session.in_hand() > LEFT;
-        let what = if dropped { "; the pen has fallen" } else { "" };
-        let reason = format!("{} gave up {doing}{why}{what}", self.kit.arm.model.name);
-        self.done.stopped = Some(Stop { reason, dropped });
+        let fallen = if dropped { "; the pen has fallen" } else { "" };
+        let reason = format!("{} {what}{fallen}", self.kit.arm.model.name);
+        let world_from_tool = session.world().world_from_tool();
+        self.done.stopped = Some(Stop { reason, dropped, lost, layer: task.layer, dock: task.dock, world_from_tool });
+        Ended::Stopped
     }
 
     /// One pen: fetched, drawn with, and brought back.
@@ -202,15 +246,15 @@ impl Worker<'_> {
         let truly = kit.truly(&believed, &session.last_from_tool());
         let tip_error = pick.succeeded.then(|| kit.tip_error(&session.world().grip_from_tool()));
         if !self.changed(task, pick, tip_error, None) {
-            self.stop("fetching a pen", &session);
-            return Ok(Ended::Stopped);
+            return Ok(self.give_up("fetching a pen", task, &session));
         }
         // up from over the dock and away, with the pen as the grasp left it
         let [start, wish] = session.joints();
         let controller = options::controller(site.scenario, &believed);
         self.simulation.go_on_as(0, TwinArm { model: truly, controller, start }, task.layer)?;
         if hold == Hold::Physics {
-            self.simulation.go_on_in(Box::new(session.plant()));
+            self.done.held_by_friction += 1;
+            self.simulation.go_on_in(Box::new(session.plant(site.tools.open_after_s)));
         }
         let full = Ways::new(site, &believed, &home, &rest);
         let up = full.planner.retreat(&wish, RAISE);
@@ -218,12 +262,20 @@ impl Worker<'_> {
         let down = up.reversed();
         let away = full.travel(&over, &home, "from a dock")?;
         self.travels(task.layer, vec![up, away])?;
-        self.motion(Plan { arms: vec![ArmPlan { arm: 0, segments: task.segments.clone() }] }, true)?;
-        if hold == Hold::Rigid && self.peak > GRIP_BEARS {
+        if !self.lost {
+            self.motion(Plan { arms: vec![ArmPlan { arm: 0, segments: task.segments.clone() }] }, true)?;
+        }
+        let friction = setup.set.tool.friction_fingers * setup.variation.friction_fingers / GRIP_FRICTION;
+        if hold == Hold::Rigid && self.peak > GRIP_BEARS * (friction * setup.variation.strength).min(1.0) {
             return Ok(Ended::Overloaded);
         }
-        let back = full.travel(&self.at, &over, "back to a dock")?;
-        self.travels(task.layer, vec![back, down])?;
+        if !self.lost {
+            let back = full.travel(&self.at, &over, "back to a dock")?;
+            self.travels(task.layer, vec![back, down])?;
+        }
+        if self.lost {
+            return self.lose(task, &session);
+        }
 
         if hold == Hold::Physics {
             session.led_to(self.at);
@@ -236,8 +288,7 @@ impl Worker<'_> {
         self.simulation.go_on_as(0, TwinArm { model: kit.bare.clone(), controller, start }, task.layer)?;
         self.at = wish;
         if !seated {
-            self.stop("bringing a pen back", &session);
-            return Ok(Ended::Stopped);
+            return Ok(self.give_up("bringing a pen back", task, &session));
         }
         let settle = Ways::new(site, &kit.bare, &home, &[]);
         let way = settle.travel(&wish, &setup.carrier.home, "away from a dock")?;
@@ -248,10 +299,17 @@ impl Worker<'_> {
 
 /// Does an arm's tasks, one after another, from its waiting pose and back to it. Where a pen was
 /// pressed harder than its grasp surely bears, all is done over with that pen's grasp simulated while it draws.
-pub(super) fn work(site: &Site, kit: &Kit, tasks: &[Task], hear: &mut dyn FnMut()) -> Result<Worked, RunError> {
-    let mut holds = vec![site.tools.hold; tasks.len()];
+pub(super) fn work(
+    site: &Site,
+    kit: &Kit,
+    tasks: &[Task],
+    waits: &[f64],
+    hear: &mut dyn FnMut(),
+) -> Result<Worked, RunError> {
+    let hold = if site.tools.open_after_s.is_some() { Hold::Physics } else { site.tools.hold };
+    let mut holds = vec![hold; tasks.len()];
     loop {
-        match attempt(site, kit, tasks, &holds, hear)? {
+        match attempt(site, kit, tasks, &holds, waits, hear)? {
             Ok(worked) => return Ok(worked),
             Err(overloaded) => holds[overloaded] = Hold::Physics,
         }
@@ -264,6 +322,7 @@ fn attempt(
     kit: &Kit,
     tasks: &[Task],
     holds: &[Hold],
+    waits: &[f64],
     hear: &mut dyn FnMut(),
 ) -> Result<Result<Worked, usize>, RunError> {
     let home = kit.arm.home;
@@ -277,9 +336,10 @@ fn attempt(
         starts: Vec::new(),
         segments: Vec::new(),
         changes: Vec::new(),
+        held_by_friction: 0,
         stopped: None,
     };
-    let mut worker = Worker { site, kit, simulation, done, peak: 0.0, at: home };
+    let mut worker = Worker { site, kit, simulation, waits, done, peak: 0.0, lost: false, at: home };
     for (i, task) in tasks.iter().enumerate() {
         match worker.task(task, holds[i])? {
             Ended::Done => hear(),

@@ -142,6 +142,11 @@ impl InkRecorder {
         self.state.open = 0.0;
     }
 
+    /// Leaves the nib in the open for `time` s.
+    pub fn let_dry(&mut self, time: f64) {
+        self.state.open += time;
+    }
+
     /// The pen.
     pub fn pen(&self) -> &PenModel {
         &self.pen
@@ -357,12 +362,13 @@ mod tests {
     #[test]
     fn a_pen_left_in_the_open_fades_draws_itself_wet_and_is_fresh_after_its_cap() {
         let drying = crate::ink::Drying { open: 1.0, fade: 1.0, recovery: 5e-3 };
-        let density_after = |open: u32, cap: bool| {
+        let density_of = |open: u32, waited: f64, cap: bool| {
             let mut r = recorder("fineliner_08");
             r.pen.drying = Some(drying);
             for i in 0..open {
                 r.step(DT, f64::from(i) * DT, None, STROKE, flat);
             }
+            r.let_dry(waited);
             if cap {
                 r.cap();
             }
@@ -374,10 +380,13 @@ mod tests {
             let points = &r.strokes[0].points;
             [points[3].density, points[points.len() - 1].density]
         };
+        let density_after = |open: u32, cap: bool| density_of(open, 0.0, cap);
         let [fresh, steady] = density_after(0, false);
         assert_eq!(density_after(900, false), [fresh, steady]);
         assert_eq!(density_after(3000, true), [fresh, steady]);
         let [dry, recovered] = density_after(3000, false);
+        // while its arm stands waiting it dries as well
+        assert!((density_of(1000, 2.0, false)[0] / dry - 1.0).abs() < 1e-9);
         // two seconds beyond its time: 1/e^2, but for the first half millimetre of line
         assert!((0.1..0.25).contains(&(dry / fresh)), "{dry} of {fresh}");
         assert!(recovered > 0.99 * steady, "{recovered} of {steady}");

@@ -16,6 +16,8 @@ pub struct ToolMetrics {
     pub successes: u64,
     /// Those that didn't, of whatever kind.
     pub failed: u64,
+    /// Times a pen was drawn with that contact and friction held all the while.
+    pub held_by_friction: u64,
     /// Pens dropped.
     pub dropped: u64,
     /// Fetches given up, the pen left standing in its dock.
@@ -82,6 +84,8 @@ pub struct ScheduleMetrics {
     pub duration_s: f64,
     /// How long arms stood waiting for the canvas, s, over all arms.
     pub waiting_s: f64,
+    /// Time in which more than one arm is over the canvas, s.
+    pub together_s: f64,
     /// What one arm would take for all the same work, s: no one waits, nothing is done at the same time.
     pub one_arm_s: f64,
     /// Share of that time saved.

@@ -62,6 +62,17 @@ impl Segment {
     }
 }
 
+impl ArmPlan {
+    /// What is done of it by `time` (s): the segment under way then ends there, those after it are left out.
+    pub fn until(mut self, time: f64) -> Self {
+        self.segments.retain(|s| s.start < time);
+        if let Some(last) = self.segments.last_mut().filter(|s| s.end() > time) {
+            last.trajectory = last.trajectory.until(time - last.start);
+        }
+        self
+    }
+}
+
 impl Plan {
     /// Time until the last arm is done, s.
     pub fn duration(&self) -> f64 {

@@ -235,6 +235,11 @@ impl ArmRun {
         self.had_contact = false;
     }
 
+    /// The pen has been in the open for `time` s more.
+    pub(crate) fn let_dry(&mut self, time: f64) {
+        self.recorder.let_dry(time);
+    }
+
     /// Records joints that something else moved from `time` on, `period` s apart.
     pub(crate) fn note_motion(&mut self, kind: SegmentKind, time: f64, period: f64, joints: &[JointVector]) {
         let n = self.arm.model.dof();

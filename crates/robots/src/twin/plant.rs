@@ -43,6 +43,12 @@ pub trait Plant {
         let (pose, velocity) = (*kinematics.world_from_tip(), kinematics.tip_velocity(qd));
         TipState { pose, velocity, mass: f64::INFINITY }
     }
+
+    /// Whether arm `arm` senses that what it holds has gone.
+    fn has_lost(&self, arm: usize) -> bool {
+        let _ = arm;
+        false
+    }
 }
 
 /// An independent plant: forward dynamics of Calamus's own model. It checks rapier's, and runs long drawings faster.

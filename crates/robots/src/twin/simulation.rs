@@ -51,6 +51,8 @@ pub struct Executed {
     pub time: f64,
     /// The arm whose guard stopped it, if one did.
     pub stopped: Option<usize>,
+    /// The arm that stopped it because it has lost its pen, if one did.
+    pub lost: Option<usize>,
     /// One entry an arm.
     pub arms: Vec<ArmEnd>,
 }
@@ -165,8 +167,13 @@ impl<'a> Simulation<'a> {
         self.step += (duration / self.options.dt).round() as u64;
     }
 
+    /// Lets arm `arm` wait for `time` s with its pen in the open. Nothing else passes: the time is somebody else's.
+    pub fn let_dry(&mut self, arm: usize, time: f64) {
+        self.runs[arm].let_dry(time);
+    }
+
     /// Executes a plan from here on; its own time starts at 0. Arms should be where it starts. With a `guard` it ends at the
-    /// step after an arm felt the guard's force.
+    /// step after an arm felt the guard's force; and always when an arm loses its pen.
     pub fn execute(
         &mut self,
         plan: &Plan,
@@ -182,7 +189,7 @@ impl<'a> Simulation<'a> {
             run.begin(began);
         }
         let steps = (plan.duration() / dt).ceil() as u64 + 1;
-        let mut stopped = None;
+        let (mut stopped, mut lost) = (None, None);
         for _ in 0..steps {
             let time = self.time();
             self.advance(plan, time)?;
@@ -191,7 +198,8 @@ impl<'a> Simulation<'a> {
             }
             self.step += 1;
             stopped = guard.and_then(|g| self.runs.iter().position(|r| r.felt_force() > g.force));
-            if stopped.is_some() {
+            lost = (0..self.runs.len()).find(|a| self.plant.has_lost(*a));
+            if stopped.is_some() || lost.is_some() {
                 break;
             }
         }
@@ -200,7 +208,7 @@ impl<'a> Simulation<'a> {
             ArmEnd { reference, measured: *self.plant.state(a), felt, peak }
         });
         let arms = arms.collect();
-        Ok(Executed { time: self.time(), stopped, arms })
+        Ok(Executed { time: self.time(), stopped, lost, arms })
     }
 
     /// One step of all arms.

@@ -226,6 +226,11 @@ impl Hand {
         self.command = command;
     }
 
+    /// What it was told last.
+    pub fn commanded(&self) -> HandCommand {
+        self.command
+    }
+
     /// Whether the motors' targets have arrived where the command wants them (the fingers may be held up).
     pub fn targets_reached(&self) -> bool {
         let (close, wrap, spread) = self.targets();
@@ -287,6 +292,11 @@ impl Hand {
             state.scissor[s] = angle(joint)?;
         }
         Some(state)
+    }
+
+    /// Whether the fingers are wrapped round something, their motors at rest.
+    pub(crate) fn is_wrapped(&self) -> bool {
+        self.command.wrap > 0.0 && self.targets_reached()
     }
 
     /// Bodies of the hand, the one that carries the palm first.

@@ -2,12 +2,14 @@
 
 mod carrier;
 mod change;
+mod change_options;
 mod compliance;
 mod hand;
 mod hand_model;
 mod held;
 mod held_plant;
 mod session;
+mod stage;
 mod trial;
 #[cfg(test)]
 mod urdf_tests;
@@ -15,12 +17,14 @@ mod variation;
 mod world;
 
 pub use carrier::Carrier;
-pub use change::{ChangeError, ChangeOptions, Order, Stage, ToolChange};
+pub use change::ToolChange;
+pub use change_options::ChangeOptions;
 pub use hand::{GraspMode, Hand, HandCommand, HandState, OPEN};
 pub use hand_model::{BoxShape, FINGER_NAMES, FingerModel, HandModel, PALM_FACE, Phalanx};
 pub use held::{grip_from_held, holding, last_from_grip, tool_from_pen, tool_visuals, with_hand};
 pub use held_plant::HeldPlant;
 pub use session::{ChangeRecord, Session, Snapshot};
+pub use stage::{ChangeError, Order, Stage};
 pub use trial::{
     DockError, ErrorRanges, FailureClass, GOOD_SEAT, LEFT, Picked, StagePose, TrialOutcome, TrialSetup,
     tool_change_trial,

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 use super::trial::{StagePose, drive};
 use super::{DT, DockError, GraspError, GraspWorld, HeldPlant, Order, Stage, ToolChange, TrialSetup};
 use crate::math::Pose;
+use crate::mesh::TriMesh;
 use crate::robot::JointVector;
 
 /// Steps between recorded joint positions.
@@ -15,8 +16,10 @@ const STRIDE: u64 = 10;
 /// How hand and tool stood at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
-    /// The stage that ended then; `None` before the first.
+    /// The stage that ended then; `None` before the first, and of a pen that was lost later.
     pub stage: Option<Stage>,
+    /// Whether it failed, or the pen was lost.
+    pub failed: bool,
     /// Time from the start of the change, s.
     pub time: f64,
     /// The arm's joints, rad.
@@ -27,6 +30,13 @@ pub struct Snapshot {
     pub world_from_tool: Pose,
     /// The tool in the hand, against the design.
     pub in_hand: StagePose,
+}
+
+impl Snapshot {
+    /// Whether it is of a pen that was lost between its changes.
+    pub fn is_lost(&self) -> bool {
+        self.stage.is_none() && self.failed
+    }
 }
 
 /// How a tool change went.
@@ -44,7 +54,7 @@ pub struct ChangeRecord {
     pub steps: u64,
     /// True joints of the arm every 10 ms, rad.
     pub joints: Vec<JointVector>,
-    /// Before the first stage, and at the end of each that was passed.
+    /// Before the first stage, and at the end of each, passed or failed.
     pub snapshots: Vec<Snapshot>,
 }
 
@@ -91,14 +101,14 @@ impl<'a> Session<'a> {
 
     fn carry_out(&self, order: Order, mut change: ToolChange) -> Result<ChangeRecord, GraspError> {
         let began = self.world().steps();
-        let (mut joints, mut snapshots) = (Vec::new(), vec![self.snapshot(None, 0.0, &self.world())]);
-        drive(&mut self.world.borrow_mut(), &mut change, |stage, world| {
+        let (mut joints, mut snapshots) = (Vec::new(), vec![self.snapshot(None, false, 0.0, &self.world())]);
+        drive(&mut self.world.borrow_mut(), &mut change, |ended, world| {
             let passed = world.steps() - began;
             if passed.is_multiple_of(STRIDE) {
                 joints.push(world.state().q);
             }
-            if stage.is_some() {
-                snapshots.push(self.snapshot(stage, passed as f64 * DT, world));
+            if let Some((stage, failed)) = ended {
+                snapshots.push(self.snapshot(Some(stage), failed, passed as f64 * DT, world));
             }
         })?;
         Ok(ChangeRecord {
@@ -112,9 +122,10 @@ impl<'a> Session<'a> {
         })
     }
 
-    fn snapshot(&self, stage: Option<Stage>, time: f64, world: &GraspWorld) -> Snapshot {
+    fn snapshot(&self, stage: Option<Stage>, failed: bool, time: f64, world: &GraspWorld) -> Snapshot {
         Snapshot {
             stage,
+            failed,
             time,
             q: world.state().q,
             fingers: world.fingers(),
@@ -156,9 +167,37 @@ impl<'a> Session<'a> {
         self.world.borrow()
     }
 
-    /// The world as the plant of one arm: what it draws with is held by contact and friction.
-    pub fn plant(&self) -> HeldPlant {
-        HeldPlant::new(Rc::clone(&self.world))
+    /// The world as the plant of one arm: what it draws with is held by contact and friction. With `opens_after` (s) the fingers open
+    /// by mistake so long from now.
+    pub fn plant(&self, opens_after: Option<f64>) -> HeldPlant {
+        HeldPlant::new(Rc::clone(&self.world), opens_after)
+    }
+
+    /// How all stands `time` s after the change began, when the pen has been lost.
+    pub fn lost(&self, time: f64) -> Snapshot {
+        self.snapshot(None, true, time, &self.world())
+    }
+
+    /// Puts solids into the world that a pen may fall on.
+    ///
+    /// # Errors
+    /// The engine refuses a mesh.
+    pub fn put_ground(&self, solids: &[TriMesh]) -> Result<(), GraspError> {
+        solids.iter().try_for_each(|mesh| self.world.borrow_mut().put_ground(mesh))
+    }
+
+    /// Lets `duration` s pass, the arm where it is and the hand doing what it last was told.
+    ///
+    /// # Errors
+    /// As of [`fetch`](Self::fetch).
+    pub fn stand(&self, duration: f64) -> Result<(), GraspError> {
+        let mut world = self.world.borrow_mut();
+        let grip = world.world_from_grip();
+        for _ in 0..(duration / DT).round() as u64 {
+            let command = world.commanded();
+            world.step(&grip, &command)?;
+        }
+        Ok(())
     }
 
     /// Tells the world that the plant has been led to these wished joints, rad.

@@ -231,7 +231,10 @@ impl TrialSetup {
         let (mut world, mut change) = self.world(error)?;
         let seat = world.world_from_tool();
         let mut stages = Vec::new();
-        drive(&mut world, &mut change, |stage, world| stages.extend(stage.map(|s| self.stage_pose(s, world))))?;
+        drive(&mut world, &mut change, |ended, world| {
+            let passed = ended.filter(|(_, failed)| !failed);
+            stages.extend(passed.map(|(stage, _)| self.stage_pose(stage, world)));
+        })?;
         Ok(Picked { world, change, stages, seat })
     }
 
@@ -304,16 +307,18 @@ impl TrialSetup {
     }
 }
 
-/// Runs a tool change to its end; `see` sees the world before each step, and the stage that has just ended well, if one has.
+/// Runs a tool change to its end; `see` sees the world before each step, and the stage that has just ended, if one
+/// has, and whether it failed.
 pub(super) fn drive(
     world: &mut GraspWorld,
     change: &mut ToolChange,
-    mut see: impl FnMut(Option<Stage>, &GraspWorld),
+    mut see: impl FnMut(Option<(Stage, bool)>, &GraspWorld),
 ) -> Result<(), GraspError> {
     while change.stage().is_some() {
-        let done = change.finished().len();
+        let (done, failed) = (change.finished().len(), change.failures().len());
         let (grip, hand) = change.update(&world.senses(), DT);
-        see(change.finished().get(done).copied(), world);
+        let failure = change.failures().get(failed).map(|e| (e.stage(), true));
+        see(failure.or(change.finished().get(done).map(|s| (*s, false))), world);
         world.step(&grip, &hand)?;
     }
     Ok(())
