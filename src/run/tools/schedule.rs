@@ -100,7 +100,7 @@ mod tests {
             arms in prop::collection::vec(prop::collection::vec((0.1..9.0f64, any::<bool>()), 0..12), 1..4),
             odd in 1usize..5,
         ) {
-            let clash = |a: Turn, b: Turn| (a.0 + 2 * a.1 + b.0 + 2 * b.1) % odd == 0;
+            let clash = |a: Turn, b: Turn| (a.0 + 2 * a.1 + b.0 + 2 * b.1).is_multiple_of(odd);
             let arms: Vec<Vec<Piece>> = arms.iter()
                 .map(|a| a.iter().map(|(duration, over_canvas)| Piece { duration: *duration, over_canvas: *over_canvas }).collect())
                 .collect();
