@@ -179,7 +179,12 @@ fn what_can_t_be_is_refused_before_anything_moves() {
     let broad = say(&|t| t.replace("../tools/pen_tool.toml", wide.to_str().unwrap()), &[]);
     assert!(broad.contains("mm wide, more than the open hand's"), "{broad}");
     let off = say(&str::to_string, &["canvas.offset_mm=[1500, 0]"]);
-    assert!(off.contains("off the canvas") || off.contains("reach") || off.contains("canvas"), "{off}");
+    assert!(off.contains("don't fit on the canvas"), "{off}");
+    let scene = std::fs::read_to_string(root().join("scenes/two_arm_table.toml")).unwrap();
+    let away = Path::new(env!("CARGO_TARGET_TMPDIR")).join("two_arm_table_away.toml");
+    std::fs::write(&away, scene.replace("xyz_mm = [0, 0, 3", "xyz_mm = [1600, 0, 3")).unwrap();
+    let off = say(&str::to_string, &[&format!("canvas.scene={:?}", away.to_str().unwrap())]);
+    assert!(off.contains("100.0 % of the drawing can't be reached"), "{off}");
     let mut empty = scenario("tool_change", &QUICK);
     empty.tools = None;
     let error = evaluate(&empty, &Cache::default(), &Silent).unwrap_err();
