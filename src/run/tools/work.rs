@@ -15,7 +15,7 @@ use crate::twin::{Record, Simulation, Surroundings, TwinArm, TwinOptions};
 /// How far a fetched tool is raised straight up from over its dock, m.
 const RAISE: f64 = 0.05;
 /// Force on the pen's tip up to which a grasp as designed is as good as rigid, N: a minute's pull of 5 N across and 5 N along the pen
-/// moves its tip by less than 0.002 mm (`examples/grip.rs`). It falls with the fingers' friction and strength. Where a pen is pressed
+/// moves its tip by less than 0.01 mm (`examples/grip.rs`). It falls with the fingers' friction and strength. Where a pen is pressed
 /// harder, its grasp is simulated.
 const GRIP_BEARS: f64 = 7.0;
 /// Friction of fingers with which that was measured.

@@ -25,7 +25,8 @@ const REST_TIME: f64 = 0.1;
 const SMOOTHING: f64 = 0.02;
 
 /// Substeps once the fingers are wrapped round a tool. With one, a tool that is pulled at with 7 N jumps by up to 0.13 mm every few
-/// seconds and comes back, the solver's sweeps not having settled; with two it stays within 0.004 mm.
+/// seconds and comes back, the solver's sweeps not having settled; with two it jumps seldom and by at most 0.035 mm, and ends a minute
+/// within 0.01 mm. Two while the fingers still wrap clamped 3 tools of 300 0.15 to 0.32 mm too high.
 const SUBSTEPS: usize = 2;
 
 /// What a robot can sense while it changes tools.
