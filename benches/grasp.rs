@@ -1,6 +1,7 @@
 //! What a step of a tool change costs; items are steps of a millisecond.
+use calamus::skill::HandCommand;
 use calamus::tool::ToolSet;
-use calamus::twin::grasp::{DockError, ErrorRanges, HandCommand, TrialSetup};
+use calamus::twin::grasp::{DockError, ErrorRanges, TrialSetup};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 

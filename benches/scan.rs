@@ -1,7 +1,7 @@
 //! A depth camera's cloud becomes a canvas.
 use calamus::math::Pose;
 use calamus::mesh::PointCloud;
-use calamus::scan::{Cloud, MeshingOptions, from_cloud};
+use calamus::reconstruct::{Cloud, MeshingOptions, from_cloud};
 use calamus::surface::SheetFrame;
 use divan::Bencher;
 use nalgebra::{Point3, Vector3};

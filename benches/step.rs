@@ -3,14 +3,17 @@ use std::path::{Path, PathBuf};
 
 use calamus::control::{ImpedanceController, ImpedanceOptions, MeasuredState, Press, Reference};
 use calamus::drawing::{Drawing, InkLayer, Stroke};
-use calamus::ink::{InkRecorder, NibContact, PenModel};
+use calamus::ink::{InkRecorder, NibContact};
 use calamus::math::Rgb;
+use calamus::pen::LayerPen;
+use calamus::pen::PenModel;
 use calamus::plan::{self, Plan, PlanOptions, SegmentKind};
 use calamus::robot::{Arm, Cell, Kinematics};
-use calamus::surface::{BelievedCanvas, Mapping, Projection, Scene, TrueCanvas, map_drawing};
+use calamus::surface::{BelievedCanvas, Mapping, Projection, Scene, map_drawing};
+use calamus::truth::TrueCanvas;
 use calamus::twin::{
-    ArticulatedPlant, Contact, LayerPen, Nib, Plant, PlantKind, RapierPlant, Surroundings, TipForce, TwinArm,
-    TwinOptions, simulate,
+    ArticulatedPlant, Contact, Nib, Plant, PlantKind, RapierPlant, Surroundings, TipForce, TwinArm, TwinOptions,
+    simulate,
 };
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};

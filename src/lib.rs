@@ -7,11 +7,17 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-// Three crates, so that a change is compiled again only where it matters and from there up; one set of paths.
-pub use calamus_robots::{control, ink, measure, plan, robot, tool, twin};
-pub use calamus_strokes::{art, config, drawing, math, mesh, picture, scan, surface, tour};
+// A crate for each concept: what is known and what is true can't be mixed up. One set of paths.
+pub use calamus_drawing::{art, drawing, picture, tour};
+pub use calamus_geometry::{diagnostic, math, mesh};
+pub use calamus_robot::{control, pen, plan, reconstruct, robot, skill, surface, tool};
+pub use calamus_twin::{camera, ink, truth, twin};
 
+pub mod artwork;
 pub mod experiment;
+pub mod measure;
+pub mod progress;
+pub mod reach;
 pub mod render;
 pub mod report;
 pub mod run;

@@ -6,7 +6,17 @@ use std::path::{Path, PathBuf};
 /// Longest file that is still one noun.
 const LINES: usize = 800;
 
+/// The crates that rooms live in, each with its folder.
+const CRATES: [(&str, &str); 5] = [
+    ("geometry", "crates/geometry"),
+    ("drawing", "crates/drawing"),
+    ("robot", "crates/robot"),
+    ("twin", "crates/twin"),
+    ("root", "."),
+];
+
 struct Room {
+    lives_in: String,
     may_use: BTreeSet<String>,
     owns: BTreeSet<String>,
 }
@@ -21,17 +31,25 @@ fn rooms() -> BTreeMap<String, Room> {
     let mut rooms = BTreeMap::new();
     for row in text.lines().filter(|l| l.starts_with("| `")) {
         let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
-        let [room, _, uses, owns] = cells[..] else { panic!("a row has four cells: {row}") };
+        let [room, lives_in, _, uses, owns] = cells[..] else { panic!("a row has five cells: {row}") };
         let may_use = uses.split_whitespace().filter(|w| *w != "-").map(str::to_string).collect();
         let owns = owns.split('`').skip(1).step_by(2).map(str::to_string).collect();
-        rooms.insert(room.trim_matches('`').to_string(), Room { may_use, owns });
+        rooms.insert(room.trim_matches('`').to_string(), Room { lives_in: lives_in.to_string(), may_use, owns });
     }
     assert!(rooms.len() > 10, "the table of rooms wasn't found");
     rooms
 }
 
-/// Every source file with its room; `lib.rs` and `main.rs` are the doors and belong to none.
-fn sources() -> Vec<(PathBuf, String, String)> {
+struct Source {
+    /// The file, from its crate's `src`.
+    file: PathBuf,
+    lives_in: &'static str,
+    room: String,
+    text: String,
+}
+
+/// Every source file with its crate and room; `lib.rs` and `main.rs` are the doors and belong to none.
+fn sources() -> Vec<Source> {
     fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -43,21 +61,28 @@ fn sources() -> Vec<(PathBuf, String, String)> {
         }
     }
     let mut sources = Vec::new();
-    for part in ["src", "crates/robots/src", "crates/strokes/src"] {
-        let src = root().join(part);
+    for (lives_in, folder) in CRATES {
+        let src = root().join(folder).join("src");
         let mut files = Vec::new();
         walk(&src, &mut files);
         files.sort();
-        for file in files {
-            let inside = file.strip_prefix(&src).unwrap().to_path_buf();
-            let room = inside.components().next().unwrap().as_os_str().to_str().unwrap().to_string();
+        for path in files {
+            let file = path.strip_prefix(&src).unwrap().to_path_buf();
+            let room = file.components().next().unwrap().as_os_str().to_str().unwrap().to_string();
             if !room.ends_with(".rs") {
-                let text = fs::read_to_string(&file).unwrap();
-                sources.push((inside, room, text));
+                let text = fs::read_to_string(&path).unwrap();
+                sources.push(Source { file, lives_in, room, text });
             }
         }
     }
     sources
+}
+
+/// Names of the dependencies of a crate, as paths in code spell them.
+fn dependencies(folder: &str) -> BTreeSet<String> {
+    let text = fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap();
+    let manifest: toml::Table = toml::from_str(&text).unwrap();
+    manifest["dependencies"].as_table().unwrap().keys().map(|name| name.replace('-', "_")).collect()
 }
 
 /// The code of a file, without comments and without what stands under `#[cfg(test)]` at its foot; nothing of a file
@@ -87,14 +112,16 @@ fn word(text: &str) -> &str {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or("")
 }
 
-/// The rooms named by `crate::room` and `use crate::{room::..., room::...}`.
+/// The rooms named by `crate::room` and `use crate::{room::..., room::...}`, and the same after a crate's name.
 fn rooms_used(code: &str) -> BTreeSet<String> {
+    let doors = CRATES.iter().map(|(name, _)| format!("calamus_{name}::")).chain(["crate::".to_string()]);
     let mut used = BTreeSet::new();
-    for (at, _) in code.match_indices("crate::") {
+    for (at, door) in doors.flat_map(|d| code.match_indices(&d).map(|(at, door)| (at, door.len())).collect::<Vec<_>>())
+    {
         if code[..at].ends_with('$') {
             continue;
         }
-        let rest = &code[at + "crate::".len()..];
+        let rest = &code[at + door..];
         if let Some(group) = rest.strip_prefix('{') {
             let (mut depth, mut start) = (0, true);
             for (i, c) in group.char_indices() {
@@ -132,11 +159,14 @@ fn uses_crate(code: &str, name: &str) -> bool {
 fn rooms_use_only_the_rooms_that_the_table_gives_them() {
     let rooms = rooms();
     let mut wrong = Vec::new();
-    for (file, room, text) in sources() {
+    for Source { file, lives_in, room, text } in sources() {
         let Some(here) = rooms.get(&room) else {
             wrong.push(format!("{}: the table has no room `{room}`", file.display()));
             continue;
         };
+        if here.lives_in != lives_in {
+            wrong.push(format!("{}: `{room}` lives in {}, not in {lives_in}", file.display(), here.lives_in));
+        }
         for used in rooms_used(&code(&file, &text)) {
             if used != room && !here.may_use.contains(&used) {
                 wrong.push(format!("{}: `{room}` may not use `{used}`", file.display()));
@@ -160,6 +190,32 @@ fn arrows_run_one_way() {
 }
 
 #[test]
+fn crates_depend_on_what_their_rooms_use_and_a_robot_on_nothing_true() {
+    let rooms = rooms();
+    let mut wrong = Vec::new();
+    for (name, folder) in CRATES {
+        let here = || rooms.values().filter(|r| r.lives_in == name);
+        assert!(here().count() > 0, "no room lives in {name}");
+        let wished: BTreeSet<String> = here()
+            .flat_map(|r| r.may_use.iter().map(|u| rooms[u].lives_in.as_str()))
+            .filter(|c| *c != name)
+            .map(|c| format!("calamus_{c}"))
+            .chain(here().flat_map(|r| r.owns.iter().cloned()).filter(|o| o != "schemars"))
+            .collect();
+        let all_owned: BTreeSet<&String> = rooms.values().flat_map(|r| &r.owns).filter(|o| *o != "schemars").collect();
+        let has = dependencies(folder);
+        for d in has.iter().filter(|d| d.starts_with("calamus_") || all_owned.contains(d)) {
+            if !wished.contains(d) {
+                wrong.push(format!("{folder}/Cargo.toml: no room of {name} may use `{d}`"));
+            }
+        }
+        wrong.extend(wished.difference(&has).map(|d| format!("{folder}/Cargo.toml: `{d}` isn't there")));
+    }
+    assert!(!dependencies("crates/robot").contains("calamus_twin"), "a robot may not know what is true");
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
 fn crates_stay_in_the_rooms_that_own_them() {
     let mut owners: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (name, room) in rooms() {
@@ -167,9 +223,9 @@ fn crates_stay_in_the_rooms_that_own_them() {
             owners.entry(owned).or_default().insert(name.clone());
         }
     }
-    owners.insert("toml".into(), ["config".to_string(), "scenario".to_string()].into());
+    owners.insert("toml".into(), ["diagnostic".to_string(), "scenario".to_string()].into());
     let mut wrong = Vec::new();
-    for (file, room, text) in sources() {
+    for Source { file, room, text, .. } in sources() {
         let code = code(&file, &text);
         for (name, at) in &owners {
             if !at.contains(&room) && uses_crate(&code, name) {
@@ -186,7 +242,7 @@ fn crates_stay_in_the_rooms_that_own_them() {
 
 #[test]
 fn files_hold_one_noun() {
-    for (file, _, text) in sources() {
+    for Source { file, text, .. } in sources() {
         let lines = text.lines().count();
         assert!(lines <= LINES, "{} has {lines} lines: make it two files", file.display());
     }
@@ -194,7 +250,7 @@ fn files_hold_one_noun() {
 
 #[test]
 fn nothing_is_left_for_later() {
-    for (file, _, text) in sources() {
+    for Source { file, text, .. } in sources() {
         for mark in ["todo!", "unimplemented!", "TODO", "FIXME", "#[ignore"] {
             assert!(!text.contains(mark), "{} has `{mark}`", file.display());
         }
@@ -203,8 +259,10 @@ fn nothing_is_left_for_later() {
 
 #[test]
 fn the_reader_of_this_test_sees_groups_and_paths() {
-    let used = rooms_used("use crate::{math::{Pose, Rgb}, mesh::TriMesh};\nlet x = crate::ink::f();\n$crate::no");
-    assert_eq!(used.into_iter().collect::<Vec<_>>(), ["ink", "math", "mesh"]);
+    let used = rooms_used(
+        "use crate::{math::{Pose, Rgb}, mesh::TriMesh};\nlet x = crate::ink::f();\n$crate::no; calamus_twin::truth::x",
+    );
+    assert_eq!(used.into_iter().collect::<Vec<_>>(), ["ink", "math", "mesh", "truth"]);
     assert!(uses_crate("use toml::Table;", "toml") && uses_crate(" x = toml::from_str(y)", "toml"));
     assert!(!uses_crate("s.to_toml::<T>()", "toml") && !uses_crate("my::toml::x", "toml"));
     assert_eq!(

@@ -4,10 +4,10 @@ use std::sync::OnceLock;
 
 use calamus::math::Pose;
 use calamus::robot::{JointVector, UrdfOptions, urdf};
+use calamus::skill::{ChangeError, ChangeOptions, GraspMode, HandCommand, OPEN, Order, Stage, ToolChange};
 use calamus::tool::ToolSet;
 use calamus::twin::grasp::{
-    ChangeError, ChangeOptions, DockError, ErrorRanges, FailureClass, GraspMode, HandCommand, OPEN, Order, SensorNoise,
-    Stage, ToolChange, TrialOutcome, TrialSetup, Variation, tool_change_trial,
+    DockError, ErrorRanges, FailureClass, SensorNoise, TrialOutcome, TrialSetup, Variation, tool_change_trial,
 };
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;

@@ -383,7 +383,7 @@ fn position_control_is_stiff_at_the_tip_and_knows_how_stiff() {
         let samples = &record.arms[0].samples;
         let (force, earlier) = (samples[samples.len() - 1].normal_force, samples[samples.len() - 40].normal_force);
         assert!((force / earlier - 1.0).abs() < 1e-3, "{plant:?}: it hums: {force} N, {earlier} N");
-        let nib = calamus::ink::PenModel::named("fineliner_08").unwrap().spring.stiffness;
+        let nib = calamus::pen::PenModel::named("fineliner_08").unwrap().spring.stiffness;
         let arm_stiffness = force / (depth - force / nib);
         assert!(arm_stiffness >= 2e4, "{plant:?}: {arm_stiffness} N/m");
         // the press that is expected is the series of both

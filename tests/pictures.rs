@@ -1,8 +1,9 @@
 //! Pictures become drawings: whatever the picture, a good result or one clear message, and the same at any thread count.
 use std::path::{Path, PathBuf};
 
+use calamus::progress::Silent;
 use calamus::report::OutputDir;
-use calamus::run::{Outcome, RunError, Silent, draw};
+use calamus::run::{Outcome, RunError, draw};
 use calamus::scenario::{Override, Sketch};
 
 const STYLES: [&str; 6] = ["tsp", "stipple", "painterly", "layered_depth", "hatching", "edges"];
@@ -103,7 +104,7 @@ fn plain(folder: &Path, name: &str, side: u32, rgb: [u8; 3]) -> PathBuf {
 #[test]
 fn odd_pictures_are_drawn_or_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/strokes/tests/data");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/drawing/tests/data");
     let whole = std::fs::read(art("chart.png")).unwrap();
     let cut = folder.path().join("cut.png");
     std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();

@@ -5,8 +5,9 @@
 use std::path::{Path, PathBuf};
 
 use calamus::measure::Metrics;
+use calamus::progress::Silent;
 use calamus::report::OutputDir;
-use calamus::run::{Silent, Until, run};
+use calamus::run::{Until, run};
 use calamus::scenario::{Override, Scenario};
 
 fn scenarios() -> Vec<PathBuf> {

@@ -1,8 +1,9 @@
 //! Arms that fetch their pens: what they draw, what they refuse, and how they stop.
 use std::path::{Path, PathBuf};
 
+use calamus::progress::Silent;
 use calamus::report::OutputDir;
-use calamus::run::{Cache, Outcome, Silent, Until, evaluate, run};
+use calamus::run::{Cache, Outcome, Until, evaluate, run};
 use calamus::scenario::{Override, Scenario};
 
 fn root() -> &'static Path {

@@ -2,12 +2,13 @@
 mod support;
 
 use calamus::control::{ImpedanceController, ImpedanceOptions};
-use calamus::ink::PenModel;
 use calamus::math::Rgb;
 use calamus::mesh::TriMesh;
+use calamus::pen::LayerPen;
+use calamus::pen::PenModel;
 use calamus::plan::{ArmPlan, Plan, Segment, SegmentKind, Trajectory};
 use calamus::twin::{
-    Executed, Feeling, Guard, LayerPen, PlantKind, Record, Simulation, Surroundings, TwinArm, TwinOptions, simulate,
+    Executed, Feeling, Guard, PlantKind, Record, Simulation, Surroundings, TwinArm, TwinOptions, simulate,
 };
 use nalgebra::{Point3, Vector3};
 use support::{FromAbove, canvas, follow, iiwa, inverse_kinematics, pen_pose, smooth};

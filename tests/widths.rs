@@ -3,13 +3,16 @@ use std::path::{Path, PathBuf};
 
 use calamus::control::{ImpedanceController, ImpedanceOptions};
 use calamus::drawing::{Drawing, InkLayer, Stroke};
-use calamus::ink::{InkPoint, PenModel};
+use calamus::ink::InkPoint;
 use calamus::math::Rgb;
 use calamus::measure::{ContactMetrics, width_error};
+use calamus::pen::LayerPen;
+use calamus::pen::PenModel;
 use calamus::plan::{self, Plan, PlanOptions, PressDepths};
 use calamus::robot::Cell;
-use calamus::surface::{BelievedCanvas, Projection, Scene, SurfaceDrawing, TrueCanvas, map_drawing};
-use calamus::twin::{LayerPen, PlantKind, Record, Surroundings, TwinArm, TwinOptions, simulate};
+use calamus::surface::{BelievedCanvas, Projection, Scene, SurfaceDrawing, map_drawing};
+use calamus::truth::TrueCanvas;
+use calamus::twin::{PlantKind, Record, Surroundings, TwinArm, TwinOptions, simulate};
 use nalgebra::Point2;
 
 fn asset(name: &str) -> PathBuf {

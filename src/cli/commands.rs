@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use crate::experiment::ExperimentError;
+use crate::reach::ReachError;
 use crate::report::{OutputDir, OutputError, summary};
 use crate::run::{self, Outcome, RunError, Until};
 use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, ScenarioFile, Sketch};
@@ -28,6 +29,8 @@ pub(super) enum CommandError {
     Output(#[from] OutputError),
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Reach(#[from] ReachError),
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
     #[error("--threads {count}: {source}")]
@@ -130,7 +133,7 @@ struct Described {
 
 /// One line about an asset: its description, else the comment that its file begins with, else the file.
 fn about(file: &Path) -> String {
-    let described = crate::config::read::<Described>(file).ok().and_then(|d| d.description);
+    let described = crate::diagnostic::read::<Described>(file).ok().and_then(|d| d.description);
     let comment = || {
         let text = std::fs::read_to_string(file).ok()?;
         text.lines().next()?.strip_prefix('#').map(|c| c.trim().to_string())

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::progress::{Progress, Silent};
 use crate::report::duration;
-use crate::run::{Progress, Silent};
 
 use super::print;
 

@@ -2,8 +2,8 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use crate::reach::{self, ReachRequest};
 use crate::report::OutputDir;
-use crate::run::{self, ReachRequest};
 use crate::scenario::{AssetKind, Sketch};
 
 use super::Ending;
@@ -30,7 +30,7 @@ pub(super) fn reach(args: &Args, job: &ReachJob) -> Result<Ending, CommandError>
         robot,
     };
     let progress = listener(args.quiet, args.verbose);
-    let reached = run::reach(&request, &out, progress.as_ref())?;
+    let reached = reach::reach(&request, &out, progress.as_ref())?;
     drop(progress);
     if !args.quiet {
         Printer::new().text(&reached.summary)?;

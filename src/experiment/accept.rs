@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize as _, Serialize};
 use serde_json::Value;
 
-use crate::config;
+use crate::diagnostic;
 
 use super::axis::{Axis, words};
 use super::estimate::Estimate;
@@ -108,16 +108,16 @@ impl Accept {
             return Err(format!("`{key}` takes bounds such as {{ mean_max = 0.1 }}, or a list of them"));
         }
         let bounds =
-            AcceptFile::deserialize(value).map_err(|e| format!("`{key}`: {}", config::explain(&e.to_string())))?;
+            AcceptFile::deserialize(value).map_err(|e| format!("`{key}`: {}", diagnostic::explain(&e.to_string())))?;
         if let Some(case) = bounds.case.as_deref().filter(|c| !cases.iter().any(|known| known.name == *c)) {
-            return Err(match config::nearest(case, cases.iter().map(|c| c.name.as_str())) {
+            return Err(match diagnostic::nearest(case, cases.iter().map(|c| c.name.as_str())) {
                 Some(near) if !near.is_empty() => format!("no case `{case}`: did you mean `{near}`?"),
                 _ => format!("no case `{case}`"),
             });
         }
         for (name, value) in &bounds.at {
             let Some(axis) = axes.iter().find(|a| a.key == *name) else {
-                return Err(match config::nearest(name, axes.iter().map(|a| a.key.as_str())) {
+                return Err(match diagnostic::nearest(name, axes.iter().map(|a| a.key.as_str())) {
                     Some(near) => format!("no axis `{name}`: did you mean `{near}`?"),
                     None => format!("no axis `{name}` in [vary]"),
                 });

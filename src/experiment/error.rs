@@ -2,7 +2,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::config::ConfigError;
+use crate::diagnostic::ConfigError;
 use crate::picture::PictureError;
 use crate::report::{FigureError, OutputError};
 use crate::run::RunError;

@@ -26,8 +26,9 @@ mod value;
 
 use std::path::PathBuf;
 
+use crate::progress::{Progress, Silent};
 use crate::report::OutputDir;
-use crate::run::{self, Progress, Silent, Until};
+use crate::run::{self, Until};
 
 pub use accept::{Accept, Verdict};
 pub use axis::Axis;

@@ -1,7 +1,7 @@
 //! Where in an experiment file a mistake stands.
 use std::path::Path;
 
-use crate::config::ConfigError;
+use crate::diagnostic::ConfigError;
 
 /// A section of an experiment file, or an entry of one of its lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,5 @@
 //! What is summed up over trials: a figure of each, or whether each meets a condition.
-use crate::config;
+use crate::diagnostic;
 use crate::measure::MetricPath;
 
 use super::row::{Row, kept};
@@ -63,7 +63,7 @@ fn metric(path: &str) -> Result<&'static MetricPath, String> {
     match MetricPath::find(path) {
         Some(m) if kept(path) => Ok(m),
         Some(_) => Err(format!("`{path}` isn't kept of trials: it is about the computer, or about pictures")),
-        None => Err(match config::nearest(path, MetricPath::ALL.iter().map(|m| m.path)) {
+        None => Err(match diagnostic::nearest(path, MetricPath::ALL.iter().map(|m| m.path)) {
             Some(near) => format!("no metric `{path}`: did you mean `{near}`?"),
             None => format!("no metric `{path}`: the metrics are explained in GUIDE.md"),
         }),
@@ -85,7 +85,7 @@ impl Quantity {
         let Some(rate) = name.strip_prefix("rate.") else { return Ok(Quantity::Metric(metric(name)?)) };
         match rates.iter().find(|r| r.name == rate) {
             Some(found) => Ok(Quantity::Rate(found.clone())),
-            None => Err(match config::nearest(rate, rates.iter().map(|r| r.name.as_str())) {
+            None => Err(match diagnostic::nearest(rate, rates.iter().map(|r| r.name.as_str())) {
                 Some(near) => format!("no rate `{rate}`: did you mean `rate.{near}`?"),
                 None => format!("no rate `{rate}`: [rate] should say what it is"),
             }),

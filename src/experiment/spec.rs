@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng as _;
 use serde_json::{Map, Value};
 
-use crate::config::{self, ConfigError};
+use crate::diagnostic::{self, ConfigError};
 use crate::math::{Digest, stream};
 use crate::scenario::{Artwork, AssetKind, Assets, Override, Scenario, ScenarioError};
 
@@ -132,7 +132,7 @@ impl Experiment {
 
     /// [`Experiment::read`] on text; `file` is named in errors, and its folder is where paths start.
     pub fn parse(text: &str, file: &Path, trials: Option<u64>) -> Result<Self, ExperimentError> {
-        let typed: ExperimentFile = config::parse(text, file)?;
+        let typed: ExperimentFile = diagnostic::parse(text, file)?;
         let bad = |section, key: &str, message: String| wrong(text, file, section, key, message);
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let base = Assets::seen_from(folder)
@@ -422,7 +422,7 @@ fn plots(typed: &ExperimentFile, rates: &[Rate], axes: &[Axis], bad: &Bad) -> Re
                 return Err(bad(section, name, message));
             };
             axes.iter().position(|a| a.key == *key).ok_or_else(|| {
-                let message = match config::nearest(key, axes.iter().map(|a| a.key.as_str())) {
+                let message = match diagnostic::nearest(key, axes.iter().map(|a| a.key.as_str())) {
                     Some(near) => format!("no axis `{key}`: did you mean `{near}`?"),
                     None => format!("no axis `{key}` in [vary]: there are {}", known()),
                 };

@@ -2,7 +2,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use crate::run::{Cache, Progress, Silent, evaluate};
+use crate::progress::{Progress, Silent};
+use crate::run::{Cache, evaluate};
 
 use super::ExperimentError;
 use super::journal::Journal;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 
-use crate::config;
+use crate::diagnostic;
 use crate::math::unit;
 
 /// Names of the distributions.
@@ -156,7 +156,7 @@ fn distribution(table: &Map<String, Value>) -> Result<Option<Distribution>, Stri
     }
     // a misspelt one would else be taken for a table of settings
     match table.iter().next() {
-        Some((key, Value::Array(_))) if table.len() == 1 => match config::nearest(key, DISTRIBUTIONS) {
+        Some((key, Value::Array(_))) if table.len() == 1 => match diagnostic::nearest(key, DISTRIBUTIONS) {
             Some(near) => Err(format!("no distribution `{key}`: did you mean `{near}`?")),
             None => Ok(None),
         },

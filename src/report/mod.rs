@@ -1,5 +1,6 @@
 //! Files that a person or a program reads.
 
+mod distortion;
 mod drawing_svg;
 mod figure;
 mod heights;
@@ -13,8 +14,10 @@ mod reach_figure;
 mod record_file;
 #[cfg(test)]
 mod sample;
+mod stages_csv;
 mod summary;
 
+pub use distortion::distortion_picture;
 pub use drawing_svg::drawing_svg;
 pub use figure::{Figure, FigureError, heat_color};
 pub use heights::{heights_csv, heights_figure};
@@ -26,4 +29,5 @@ pub use plan_file::{plan_json, plan_npy};
 pub use plot::{Frame, Plot, WIDTH, series_color};
 pub use reach_figure::{ShownCanvas, reach_figure};
 pub use record_file::{RecordFileError, write_record};
+pub use stages_csv::{StagesOf, snapshot_name, stage_name, stages_csv};
 pub use summary::{duration, metrics_json, summary};

@@ -1,7 +1,8 @@
 //! A small made-up record for tests.
 use nalgebra::{Point3, Vector3};
 
-use crate::ink::{InkTrace, StrokeId};
+use crate::drawing::StrokeId;
+use crate::ink::InkTrace;
 use crate::math::stats::Running;
 use crate::plan::SegmentKind;
 use crate::twin::{ArmRecord, ArmSample, Event, EventKind, Record, StrokeRecord};

@@ -1,20 +1,19 @@
 //! What takes part in a run: the robot, the scene, the drawing and its pens, loaded from the files that a scenario names.
-use std::path::Path;
-
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
-use crate::drawing::{Drawing, InkLayer};
-use crate::ink::PenModel;
-use crate::math::{Pose, Rgb};
+use crate::drawing::Drawing;
+use crate::math::Pose;
 use crate::measure::TruthMetrics;
 use crate::mesh::TriMesh;
+use crate::pen::LayerPen;
 use crate::robot::{Arm, Cell};
 use crate::run::RunError;
 use crate::run::scan::Scan;
 use crate::run::standing;
-use crate::scenario::{PenSpec, Scenario};
-use crate::surface::{BelievedCanvas, Canvas, Mapping, Scene, TrueCanvas, perturb, unshaped};
-use crate::twin::{LayerPen, Surroundings};
+use crate::scenario::Scenario;
+use crate::surface::{BelievedCanvas, Canvas, Mapping, Scene};
+use crate::truth::{TrueCanvas, perturb, unshaped};
+use crate::twin::Surroundings;
 
 /// The robot, the scene in truth and in belief, the drawing and its pens.
 pub(super) struct Cast {
@@ -96,26 +95,10 @@ impl Cast {
     }
 }
 
-/// The pen of each layer.
-pub(super) fn pens(drawing: &Drawing, spec: &PenSpec) -> Result<Vec<LayerPen>, RunError> {
-    let pen = |l: &InkLayer| Ok(LayerPen { pen: ink_pen(&l.name, l.color, spec)?, ink: l.name.clone() });
-    drawing.layers.iter().map(pen).collect()
-}
-
-/// The pen of an ink: by its name, else by its colour, else the scenario's one.
-pub(super) fn ink_pen(name: &str, color: Rgb, spec: &PenSpec) -> Result<PenModel, RunError> {
-    let [r, g, b] = color.0;
-    let file: &Path = spec
-        .inks
-        .get(name)
-        .or_else(|| spec.inks.get(&format!("#{r:02x}{g:02x}{b:02x}")))
-        .map_or(&spec.kind, |file| file);
-    Ok(PenModel::read(file)?)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     #[test]
     fn the_pedestal_is_in_the_planners_way() {

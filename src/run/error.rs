@@ -2,10 +2,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::art::ArtError;
-use crate::art::depth::SemanticsError;
-use crate::config::ConfigError;
-use crate::drawing::DrawingError;
+use crate::artwork::ArtworkError;
+use crate::camera::ScanError;
+use crate::diagnostic::ConfigError;
 use crate::ink::InkError;
 use crate::mesh::{MeshError, MeshFileError};
 use crate::picture::PictureError;
@@ -13,10 +12,9 @@ use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
-use crate::run::reach::ReachError;
-use crate::scan::ScanError;
 use crate::scenario::ScenarioError;
-use crate::surface::{FlattenError, MapError, SceneError, TruthError};
+use crate::surface::{FlattenError, MapError, SceneError};
+use crate::truth::TruthError;
 use crate::twin::TwinError;
 use crate::twin::grasp::GraspError;
 
@@ -32,7 +30,7 @@ pub enum RunError {
     Scenario(#[from] ScenarioError),
     /// The artwork can't be drawn.
     #[error(transparent)]
-    Drawing(#[from] DrawingError),
+    Artwork(#[from] ArtworkError),
     /// The scene can't be used.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -144,9 +142,6 @@ pub enum RunError {
         /// What is wished, mm.
         margin_mm: f64,
     },
-    /// There is no reachability to tell of.
-    #[error(transparent)]
-    Reach(#[from] ReachError),
     /// A thing beside the robot makes no solid.
     #[error("furniture {index} of {robot}: {source}")]
     Furniture {
@@ -189,7 +184,7 @@ pub enum RunError {
     /// A canvas known by touch alone has neither map nor plan before it is drawn on.
     #[error("with `belief = \"touch\"` the drawing is mapped and planned while it is drawn: run it to the end")]
     WhileDrawing,
-    /// A pen can't be used.
+    /// A pen tool can't be used.
     #[error(transparent)]
     Pen(#[from] ConfigError),
     /// The drawing doesn't fit on the canvas.
@@ -207,23 +202,6 @@ pub enum RunError {
     /// The flat picture can't be made.
     #[error(transparent)]
     Ink(#[from] InkError),
-    /// A picture makes no strokes.
-    #[error("{}: {source}", picture.display())]
-    Art {
-        /// The picture.
-        picture: PathBuf,
-        /// Why not.
-        source: ArtError,
-    },
-    /// Segments or depth can't be used.
-    #[error(transparent)]
-    Semantics(#[from] SemanticsError),
-    /// A model is asked for, but the program can't run one.
-    #[error("{}: this program was built without ONNX models: build it with `--features onnx`, or give images", model.display())]
-    NoModels {
-        /// The model.
-        model: PathBuf,
-    },
     /// A picture can't be read or written.
     #[error(transparent)]
     Picture(#[from] PictureError),

@@ -5,16 +5,17 @@ use std::time::Instant;
 use crate::drawing::Drawing;
 use crate::math::Digest;
 use crate::measure::{BeliefMetrics, DrawingMetrics, MappingMetrics, Metrics, PlanMetrics};
+use crate::pen::LayerPen;
 use crate::plan::Plan;
-use crate::run::cast::{self, Cast};
+use crate::progress::Progress;
+use crate::run::cast::Cast;
 use crate::run::laying::{lay, mapping_onto, mapping_onto_truth, overlaid, own_layers};
 use crate::run::scan::Scan;
-use crate::run::{Progress, RunError, artwork, make_plan, make_record, measured, tools, touching};
+use crate::run::{RunError, artwork, make_plan, make_record, measured, tools, touching};
 use crate::scenario::{
     Artwork, BeliefKind, RenderSettings, Scenario, ScenarioError, SimSettings, Sketch, TruthSettings,
 };
 use crate::surface::{StretchField, map_drawing};
-use crate::twin::LayerPen;
 
 /// Plans kept by a [`Cache`]: a few more than threads work on at a time.
 const KEPT: usize = 8;
@@ -92,7 +93,7 @@ fn draw(scenario: &Scenario, progress: &dyn Progress) -> Result<(Drawing, Vec<La
     let sketch = Sketch::from(scenario);
     let mut drawing = artwork::make(&sketch, progress)?.drawing;
     overlaid(&mut drawing, scenario);
-    let pens = cast::pens(&drawing, &sketch.pen)?;
+    let pens = artwork::pens(&drawing, &sketch.pen)?;
     let metrics = DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64());
     Ok((drawing, pens, metrics))
 }
@@ -164,7 +165,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::run::Silent;
+    use crate::progress::Silent;
     use crate::scenario::Override;
 
     fn scenario(sets: &[&str]) -> Scenario {

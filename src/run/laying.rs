@@ -1,14 +1,12 @@
 //! The drawing laid on a canvas, as the scenario asks: by one mapping, or by two over each other.
 use crate::drawing::{Drawing, InkLayer, StrokeRef};
 use crate::measure::Laid;
-use crate::report::OutputDir;
+use crate::report::{OutputDir, distortion_picture};
 use crate::run::cast::Cast;
-use crate::run::distortion::distortion_picture;
 use crate::run::{RunError, Written};
 use crate::scenario::{BeliefKind, Scenario};
-use crate::surface::{
-    Canvas, Carried, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of,
-};
+use crate::surface::{Canvas, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of};
+use crate::truth::Carried;
 
 /// Adds the layers that are laid by the other mapping, if the scenario wishes for them: the drawing once more, in the other
 /// colour, drawn after it.

@@ -1,49 +1,41 @@
 //! One scenario, from start to end.
 
-mod artwork;
 mod cast;
-mod distortion;
 mod error;
 mod evaluate;
 mod laying;
 mod options;
-mod picture_art;
 mod pictures;
-mod preview;
-mod progress;
-mod reach;
-mod reach_canvas;
 mod scan;
-mod standing;
+pub(crate) mod standing;
 mod tools;
 mod touching;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
+use crate::artwork::{self, Likenesses, Made};
 use crate::drawing::svg_write;
 use crate::ink::{InkTrace, RasterOptions, rasterise};
 use crate::measure::{
     ContactMetrics, DrawingMetrics, Laid, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
     grid_shape, line_fit, side_errors, width_error,
 };
+use crate::pen::LayerPen;
 use crate::picture::Image;
 use crate::plan::{self, Plan, Planned};
+use crate::progress::Progress;
 use crate::report::{OutputDir, Page, drawing_svg, metrics_json, plan_json, plan_npy, report_html, write_record};
 use crate::scenario::{Artwork, Pattern, Scenario, Sketch};
 use crate::surface::{Mapping, StretchField, SurfaceDrawing, map_drawing, map_what_fits};
-use crate::twin::{LayerPen, Record, TwinArm, simulate};
+use crate::twin::{Record, TwinArm, simulate};
 
 pub use error::RunError;
 pub use evaluate::{Cache, evaluate};
-pub use progress::{Progress, Silent};
-pub use reach::{ReachError, ReachRequest, Reached, reach};
 
-use artwork::Made;
 use cast::Cast;
 use laying::{lay, mapping_onto, mapping_onto_truth, overlaid, own_layers, write_laid};
 use pictures::Extra;
-use preview::Likenesses;
 
 /// Spacing at which the wished line is known when the drawn one is measured, m.
 const MEASURE_STEP: f64 = 2.5e-4;
@@ -298,14 +290,14 @@ impl Drawn {
     /// Finds the pens and looks at the preview; `started` is when the artwork was begun.
     fn new(sketch: &Sketch, made: &Made, started: Instant, metrics: &mut Metrics) -> Result<Self, RunError> {
         let seconds = started.elapsed().as_secs_f64();
-        let pens = cast::pens(&made.drawing, &sketch.pen)?;
-        let estimate = preview::estimated_time(&made.drawing, sketch);
+        let pens = artwork::pens(&made.drawing, &sketch.pen)?;
+        let estimate = artwork::estimated_time(&made.drawing, sketch);
         metrics.drawing =
             Some(DrawingMetrics { estimated_s: Some(estimate), ..DrawingMetrics::of(&made.drawing, seconds) });
         let [width, height] = pictures::page(&made.drawing);
         let px = sketch.render.drawing_px.min(PREVIEW_PX);
         let options = RasterOptions::with_long_side(width, height, px);
-        let preview = rasterise(&preview::wished_trace(&made.drawing, &pens), &options)?;
+        let preview = rasterise(&artwork::wished_trace(&made.drawing, &pens), &options)?;
         let likenesses = Likenesses::new(&made.drawing, &pens, made.picture.as_ref())?;
         metrics.image = Some(likenesses.metrics(None)?);
         Ok(Self { pens, preview, px_per_mm: options.px_per_mm, likenesses })

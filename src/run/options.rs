@@ -1,10 +1,11 @@
 //! A scenario's settings in the terms of the stages: SI units.
 use crate::control::{Controller, ImpedanceController, ImpedanceOptions, LawKind, PositionController, PositionOptions};
-use crate::ink::PenModel;
+use crate::pen::LayerPen;
+use crate::pen::PenModel;
 use crate::plan::{PlanOptions, PressDepths};
 use crate::robot::ArmModel;
 use crate::scenario::Scenario;
-use crate::twin::{LayerPen, TwinOptions};
+use crate::twin::TwinOptions;
 
 /// Widths for which a pen's press depth is worked out; between them it is interpolated.
 const WIDTHS: usize = 16;

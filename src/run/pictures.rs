@@ -7,11 +7,12 @@ use crate::drawing::Drawing;
 use crate::ink::{RasterOptions, rasterise};
 use crate::measure::RenderMetrics;
 use crate::picture::Image;
+use crate::progress::Progress;
 use crate::render::{ArmVisuals, Framing, Item, Material, RenderError, RenderScene, Renderer, Ribbons, View};
 use crate::report::OutputDir;
 use crate::robot::{ArmModel, JointVector};
 use crate::run::cast::Cast;
-use crate::run::{Progress, RunError, Written};
+use crate::run::{RunError, Written};
 use crate::scenario::{Camera, RenderSettings};
 use crate::twin::Record;
 

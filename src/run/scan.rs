@@ -5,15 +5,15 @@ use std::time::Instant;
 use nalgebra::{Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::{RunError, Written};
+use crate::camera::{DepthCamera, ScanError, ScanOptions, Viewpoint, Viewpoints, scan_canvas};
 use crate::math::Pose;
 use crate::measure::BeliefMetrics;
 use crate::mesh::{self, PointCloud, TriMesh};
+use crate::reconstruct::{MeshingOptions, ScanReport, from_cloud, skirt};
 use crate::report::OutputDir;
-use crate::scan::{
-    DepthCamera, MeshingOptions, ScanOptions, ScanReport, Viewpoint, Viewpoints, from_cloud, scan_canvas, skirt,
-};
 use crate::scenario::{ScanPose, ScanSettings};
-use crate::surface::{BelievedCanvas, TrueCanvas};
+use crate::surface::BelievedCanvas;
+use crate::truth::TrueCanvas;
 
 /// What a scan left.
 pub(super) struct Scan {
@@ -40,7 +40,7 @@ impl Scan {
                 if let Some(pose) = settings.pose {
                     place(&mut cloud, pose);
                 }
-                from_cloud(&cloud, &truth.name, &truth.sheet, size, &meshing(settings))
+                from_cloud(&cloud, &truth.name, &truth.sheet, size, &meshing(settings)).map_err(ScanError::from)
             }
             None => scan_canvas(truth, furniture, &truth.sheet, size, &options(settings), seed),
         };

@@ -10,7 +10,7 @@ use crate::run::RunError;
 const TRIANGLE: f64 = 0.05;
 
 /// Index of the arm called `name`; without a name that of a robot's only arm.
-pub(super) fn arm_index(cell: &Cell, name: Option<&str>) -> Result<usize, RunError> {
+pub(crate) fn arm_index(cell: &Cell, name: Option<&str>) -> Result<usize, RunError> {
     let names = || cell.arms.iter().map(|a| a.model.name.as_str()).collect::<Vec<_>>().join(", ");
     match name {
         None if cell.arms.len() == 1 => Ok(0),
@@ -24,7 +24,7 @@ pub(super) fn arm_index(cell: &Cell, name: Option<&str>) -> Result<usize, RunErr
 }
 
 /// The robot's furniture, and the arms of `standing`, each in its service pose, as solids (m, world).
-pub(super) fn solids<'a>(cell: &Cell, standing: impl IntoIterator<Item = &'a Arm>) -> Result<Vec<TriMesh>, RunError> {
+pub(crate) fn solids<'a>(cell: &Cell, standing: impl IntoIterator<Item = &'a Arm>) -> Result<Vec<TriMesh>, RunError> {
     let mut solids = Vec::new();
     for (index, thing) in cell.furniture.iter().enumerate() {
         // a robot file knows no other furniture than boxes

@@ -99,7 +99,7 @@ impl Assets {
         }
         let names: Vec<&str> = assets.iter().map(|a| a.name.as_str()).collect();
         let noun = kind.noun();
-        Err(match crate::config::nearest(text, names.iter().copied()) {
+        Err(match crate::diagnostic::nearest(text, names.iter().copied()) {
             Some(near) => format!("no {noun} `{text}`: did you mean `{near}`?"),
             None if names.is_empty() => format!("no {noun} `{text}`: no {}/ folder was found", kind.folder()),
             None => format!("no {noun} `{text}`: known are {}", names.join(", ")),

@@ -1,7 +1,7 @@
 //! Numbers in their ranges, and mistakes at their lines.
 use std::path::{Path, PathBuf};
 
-use crate::config;
+use crate::diagnostic;
 
 use super::overrides::Override;
 use super::resolve::ScenarioError;
@@ -37,7 +37,7 @@ impl Check<'_> {
         });
         match set {
             Some(set) => ScenarioError::Override { text: set.text.clone(), message },
-            None => ScenarioError::Config(config::invalid(self.text, self.file, key, message)),
+            None => ScenarioError::Config(diagnostic::invalid(self.text, self.file, key, message)),
         }
     }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::{self, ConfigError};
+use crate::diagnostic::{self, ConfigError};
 use crate::measure::MetricPath;
 use crate::surface::{FlattenOptions, MappingKind};
 
@@ -119,12 +119,12 @@ impl Scenario {
 
     /// [`Scenario::read`] on text; `file` is named in errors, and its folder is where paths start.
     pub fn parse(text: &str, file: &Path, overrides: &[Override]) -> Result<Self, ScenarioError> {
-        let mut typed: ScenarioFile = config::parse(text, file)?;
-        let mut table: toml::Table = config::parse(text, file)?;
+        let mut typed: ScenarioFile = diagnostic::parse(text, file)?;
+        let mut table: toml::Table = diagnostic::parse(text, file)?;
         for set in overrides {
             let wrong = |message: String| ScenarioError::Override { text: set.text.clone(), message };
             set.apply(&mut table).map_err(wrong)?;
-            typed = ScenarioFile::deserialize(table.clone()).map_err(|e| wrong(config::explain(e.message())))?;
+            typed = ScenarioFile::deserialize(table.clone()).map_err(|e| wrong(diagnostic::explain(e.message())))?;
         }
         resolve(typed, &Check { text, file, overrides })
     }
@@ -166,7 +166,7 @@ impl Sketch {
                 return Err(wrong(format!("of a scenario, a drawing by itself heeds {}", HEEDED.join(", "))));
             }
             set.apply(&mut table).map_err(wrong)?;
-            ScenarioFile::deserialize(table.clone()).map_err(|e| wrong(config::explain(e.message())))?;
+            ScenarioFile::deserialize(table.clone()).map_err(|e| wrong(diagnostic::explain(e.message())))?;
         }
         let check = Check { text: "", file, overrides };
         let mut typed = ScenarioFile::deserialize(table).map_err(|e| check.sentence("drawing", e.message()))?;
@@ -376,7 +376,7 @@ fn check_render(render: &RenderSettings, check: &Check) -> Result<(), ScenarioEr
     }
     for view in &render.views {
         if !VIEWS.contains(&view.as_str()) {
-            let message = match config::nearest(view, VIEWS) {
+            let message = match diagnostic::nearest(view, VIEWS) {
                 Some(near) => format!("no view `{view}`: did you mean `{near}`?"),
                 None => format!("no view `{view}`: known are {}", VIEWS.join(", ")),
             };
@@ -391,7 +391,7 @@ fn check_accept(accept: &BTreeMap<String, Threshold>, check: &Check) -> Result<(
         let key = format!("accept.{path}");
         if MetricPath::find(path).is_none() {
             let names = MetricPath::ALL.iter().map(|m| m.path);
-            let message = match config::nearest(path, names) {
+            let message = match diagnostic::nearest(path, names) {
                 Some(near) => format!("no metric `{path}`: did you mean `{near}`?"),
                 None => format!("no metric `{path}`: the metrics are explained in GUIDE.md"),
             };

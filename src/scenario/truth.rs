@@ -2,7 +2,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::surface::{PlankKind, TruthOptions};
+use crate::truth::{PlankKind, TruthOptions};
 
 use super::check::Check;
 use super::resolve::ScenarioError;

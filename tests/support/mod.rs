@@ -1,13 +1,15 @@
 //! What several tests of the physics need: the robot, exact inverse kinematics, and plans written by hand.
 #![allow(dead_code)]
 use calamus::control::{Controller, ImpedanceController, ImpedanceOptions};
-use calamus::ink::PenModel;
 use calamus::math::{Pose, Rgb, frame_from_axes, rotation_vector};
 use calamus::mesh::TriMesh;
+use calamus::pen::LayerPen;
+use calamus::pen::PenModel;
 use calamus::plan::{ArmPlan, DepthProfile, Knot, Plan, Segment, SegmentKind, Trajectory};
 use calamus::robot::{ArmModel, JointVector, UrdfOptions, urdf};
-use calamus::surface::{Canvas, Mapping, SheetFrame, TrueCanvas};
-use calamus::twin::{LayerPen, Record, Surroundings, TwinArm, TwinOptions, simulate};
+use calamus::surface::{Canvas, Mapping, SheetFrame};
+use calamus::truth::TrueCanvas;
+use calamus::twin::{Record, Surroundings, TwinArm, TwinOptions, simulate};
 use nalgebra::{Point2, Point3, Vector3, Vector6};
 
 /// Exact inverse kinematics by Newton's method with the least joint motion from `q0`.

@@ -6,11 +6,9 @@ use crate::mesh::{TriMesh, shapes};
 use crate::robot::{Arm, ArmModel, JointVector, LinkPairs};
 use crate::run::RunError;
 use crate::scenario::ToolSettings;
+use crate::skill::{Carrier, ChangeOptions, HandModel, OPEN, grip_from_held, holding, with_hand};
 use crate::tool::ToolSet;
-use crate::twin::grasp::{
-    Carrier, ChangeOptions, DockError, ErrorRanges, HandModel, OPEN, SensorNoise, TrialSetup, Variation,
-    grip_from_held, holding, with_hand,
-};
+use crate::twin::grasp::{DockError, ErrorRanges, SensorNoise, TrialSetup, Variation};
 
 /// Turns of the first joint from which ways to a dock are sought, rad.
 const TURNS: [f64; 7] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0];

@@ -4,14 +4,10 @@
 //! grasp left it. What then has to be known is who waits for whom: arms are over the canvas at the same time only where the space
 //! that one sweeps with a pen keeps clear of the other's, else one changes its pen while the other draws. The physics of an arm
 //! doesn't depend on when it moves, so records are shifted in time and joined.
-mod apart;
 mod kit;
 mod scenery;
-mod schedule;
-mod snapshots;
 mod whole;
 mod work;
-mod zone;
 
 use std::time::Instant;
 
@@ -20,22 +16,21 @@ use rayon::prelude::*;
 use crate::math::Rgb;
 use crate::measure::ToolMetrics;
 use crate::plan::{self, Plan, ReachReport, Segment, SegmentKind};
-use crate::report::OutputDir;
+use crate::progress::Progress;
+use crate::report::{OutputDir, StagesOf, stages_csv};
 use crate::robot::ArmModel;
 use crate::run::cast::Cast;
 use crate::run::pictures::{self, Extra};
-use crate::run::{Progress, RunError, Written, options, standing};
+use crate::run::{RunError, Written, options, standing};
 use crate::scenario::{Scenario, ToolSettings};
+use crate::skill::Order;
 use crate::surface::{Mapping, SurfaceDrawing};
 use crate::twin::Record;
-use crate::twin::grasp::Order;
 
 use kit::Kit;
 use scenery::StageView;
 use whole::{join, longest_out, turns};
 use work::{Change, Site, Stop, Task, Worked, work};
-
-use snapshots::stages_csv;
 
 /// What a run with fetched pens leaves.
 pub(super) struct Drawn {
@@ -70,7 +65,14 @@ impl Drawn {
     ) -> Result<(), RunError> {
         let arms: Vec<&str> = cast.cell.arms.iter().map(|a| a.model.name.as_str()).collect();
         let inks: Vec<&str> = cast.drawing.layers.iter().map(|l| l.name.as_str()).collect();
-        let csv = stages_csv(&self.changes, &arms, &inks);
+        let changes = self.changes.iter().zip(&arms).flat_map(|(list, arm)| list.iter().map(move |c| (*arm, c)));
+        let csv = stages_csv(changes.map(|(arm, c)| StagesOf {
+            arm,
+            ink: inks[c.layer],
+            dock: c.dock,
+            start: c.start,
+            record: &c.record,
+        }));
         written.other(out.write("tools.csv", csv.as_bytes())?, "The tool in the hand, stage by stage of every change");
         if scenario.render.tool_stages && !self.stages.is_empty() {
             progress.stage("pictures of tool changes", None);

@@ -2,14 +2,15 @@
 use nalgebra::{Point3, Vector3};
 
 use super::kit::Kit;
-use super::snapshots::snapshot_name;
 use super::work::Change;
 use crate::math::{Pose, Rgb};
 use crate::mesh::TriMesh;
 use crate::render::{ArmVisuals, Item, Material, View};
+use crate::report::snapshot_name;
 use crate::robot::Visual;
 use crate::run::RunError;
-use crate::twin::grasp::{Order, Snapshot, last_from_grip, tool_visuals, with_hand};
+use crate::skill::{Order, last_from_grip, tool_visuals, with_hand};
+use crate::twin::grasp::Snapshot;
 
 /// Colour of docks.
 const DOCK: Rgb = Rgb([92, 96, 102]);

@@ -1,21 +1,23 @@
 //! The arms' work as one run: whose turn it is, all in one time, how near they come, and figures of tool changes.
 use rayon::prelude::*;
 
-use super::apart::{Motion, Nearest, nearest};
+use super::Drawn;
 use super::kit::Kit;
-use super::schedule::{Piece, Schedule, Turn, schedule};
 use super::work::{Change, Stop, Worked};
-use super::zone::{Space, Sweep};
-use super::{Drawn, snapshots};
 use crate::math::stats::quantile;
 use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose};
+use crate::plan::schedule::{Piece, Schedule, Turn, schedule};
+use crate::plan::separation::{Motion, Nearest, nearest};
+use crate::plan::zone::{Space, Sweep};
 use crate::plan::{ArmPlan, Plan, ReachReport, Segment, SegmentKind, Trajectory};
+use crate::report::stage_name;
 use crate::robot::{ArmModel, JointVector};
 use crate::run::RunError;
 use crate::run::pictures::Extra;
 use crate::scenario::ToolSettings;
+use crate::skill::Order;
 use crate::twin::Record;
-use crate::twin::grasp::{ChangeRecord, GOOD_SEAT, Order};
+use crate::twin::grasp::{ChangeRecord, GOOD_SEAT};
 
 /// Time between looks at how near arms are, s.
 const LOOK: f64 = 0.01;
@@ -213,7 +215,7 @@ fn figures(
     let first = all().find(|c| c.record.order == Order::Pick);
     let stages = first.iter().flat_map(|c| &c.record.snapshots).filter(|s| !s.failed).filter_map(|s| {
         let pose = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);
-        s.stage.map(|stage| (snapshots::stage_name(stage).to_string(), pose))
+        s.stage.map(|stage| (stage_name(stage).to_string(), pose))
     });
     let tip = first.and_then(|c| c.tip_error).map(|e| {
         let (roll, pitch, yaw) = e.rotation.euler_angles();

@@ -2,10 +2,10 @@
 use crate::math::Pose;
 use crate::math::Rgb;
 use crate::mesh::TriMesh;
+use crate::plan::schedule::Piece;
 use crate::plan::{ArmPlan, DepthProfile, Plan, PlanError, PlanOptions, Segment, SegmentKind, StepPlanner, Trajectory};
 use crate::robot::{ArmModel, JointVector};
 use crate::run::tools::kit::Kit;
-use crate::run::tools::schedule::Piece;
 use crate::run::{RunError, options};
 use crate::scenario::{Hold, Scenario, ToolSettings};
 use crate::surface::BelievedCanvas;

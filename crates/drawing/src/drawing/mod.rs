@@ -1,0 +1,26 @@
+//! Drawings: 2D strokes on a sheet, one layer per ink; and what makes them from files and patterns.
+
+mod bezier_fit;
+mod clip;
+mod hatch;
+mod load;
+pub mod pattern;
+mod sheet;
+mod stroke_id;
+pub mod stroke_order;
+pub mod stroke_text;
+pub mod stylus;
+mod stylus_clean;
+pub mod svg;
+mod svg_survey;
+mod svg_walk;
+pub mod svg_write;
+pub mod tidy;
+
+pub use load::{DrawingError, Loaded, Size, Warning, load};
+pub use pattern::{Figure, Pattern};
+pub use sheet::{Drawing, InkLayer, Stroke, StrokeRef};
+pub use stroke_id::StrokeId;
+pub use stylus::StylusOptions;
+pub use svg::{Fill, SvgOptions};
+pub use tidy::{TidyOptions, TidyReport, tidy};

@@ -1,0 +1,44 @@
+//! A drawing on a believed surface and a robot, to timed joint motion.
+
+mod depth;
+mod field;
+mod ik;
+mod motion;
+mod options;
+mod path;
+mod planner;
+mod reach;
+mod reach_grid;
+mod reachability;
+mod rectangle;
+mod redundancy;
+pub mod schedule;
+mod segment;
+pub mod separation;
+mod spline;
+mod stepwise;
+mod stroke;
+mod surroundings;
+mod timing;
+mod trajectory;
+mod waypoint;
+pub mod zone;
+
+pub use depth::{DepthProfile, DepthSample, PressDepths};
+pub use ik::{AXIS_TOLERANCE, IkFailure, IkSolution, IkSolver, POSITION_TOLERANCE, PenTarget, Posture, dexterity};
+pub use options::{MotionLimits, PlanOptions};
+pub use planner::{PlanError, PlanStatistics, Planned, plan};
+pub use reach::{Obstruction, ReachReport, Unreachable};
+pub use reach_grid::{GridError, MOST_NODES, ReachGrid};
+pub use reachability::{Reach, ReachMap, ReachProbe};
+pub use rectangle::{Mask, Slice, largest, slices};
+pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
+pub use spline::{JointSpline, SplinePoint};
+pub use stepwise::{Descent, DrawnPiece, Step, StepPlanner};
+pub use surroundings::{Contact, PenUse, Room, Surroundings};
+pub use trajectory::{Knot, MotionPeaks, MotionSample, Trajectory};
+
+#[cfg(test)]
+mod arms;
+#[cfg(test)]
+mod drawing_tests;

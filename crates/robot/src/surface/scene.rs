@@ -1,0 +1,261 @@
+//! Scene files: a canvas, the sheet in front of it, and the furniture round it, as TOML.
+//!
+//! ```toml
+//! name = "hemisphere"
+//! color = [236, 232, 220]                 # of the canvas, sRGB
+//! friction = 0.3                          # between pen and canvas
+//! [canvas]
+//! shape = "dome"                          # plane, dome, column, cone, bucket, box, cylinder or mesh
+//! radius_mm = 150
+//! pose = { xyz_mm = [520, 0, 300], rpy_deg = [0, 0, 0] }
+//! [sheet]
+//! xyz_mm = [520, 0, 480]                  # the centre
+//! normal = [0, 0, 1]                      # out of the canvas
+//! up = [1, 0, 0]                          # towards the sheet's upper edge
+//! [[furniture]]                           # only seen and avoided
+//! shape = "box"
+//! size_mm = [700, 1000, 30]
+//! pose = { xyz_mm = [600, 0, 285] }
+//! color = [120, 90, 60]
+//! ```
+use std::path::Path;
+
+use nalgebra::{Translation3, Vector3};
+use serde::Deserialize;
+
+use super::canvas::{Canvas, SheetFrame};
+use super::mapped::Mapping;
+use super::projection::Projection;
+use super::shape::{ShapeError, ShapeFile};
+use crate::diagnostic::{self, ConfigError};
+use crate::math::{Pose, Rgb, frame_from_axes};
+use crate::mesh::{MeshFileError, TriMesh};
+
+/// Edge length of the triangles of a canvas unless the scene says otherwise, mm.
+const CANVAS_TRIANGLE_MM: f64 = 5.0;
+/// The same for furniture, which nothing touches.
+const FURNITURE_TRIANGLE_MM: f64 = 25.0;
+/// `normal` and `up` must be at least this far from parallel (sine of the angle).
+const MIN_SINE: f64 = 0.02;
+
+/// Why a scene can't be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The scene file itself is wrong.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A mesh file that it names is wrong.
+    #[error(transparent)]
+    MeshFile(#[from] MeshFileError),
+}
+
+/// A thing that is seen and avoided, but not drawn on.
+#[derive(Clone, Debug)]
+pub struct Furniture {
+    /// Surface, m, world frame.
+    pub mesh: TriMesh,
+    /// Colour.
+    pub color: Rgb,
+}
+
+/// A canvas and what stands round it.
+#[derive(Clone)]
+pub struct Scene {
+    /// The canvas, nominal, in the world frame.
+    pub canvas: Canvas,
+    /// Colour of the canvas.
+    pub color: Rgb,
+    /// Coulomb friction between pen and canvas.
+    pub friction: f64,
+    /// Furniture in the file's order.
+    pub furniture: Vec<Furniture>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    name: String,
+    #[serde(default = "white")]
+    color: Rgb,
+    #[serde(default = "usual_friction")]
+    friction: f64,
+    canvas: ShapeFile,
+    sheet: SheetFile,
+    #[serde(default)]
+    furniture: Vec<ShapeFile>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SheetFile {
+    xyz_mm: [f64; 3],
+    normal: [f64; 3],
+    up: [f64; 3],
+}
+
+fn white() -> Rgb {
+    Rgb([255, 255, 255])
+}
+
+fn usual_friction() -> f64 {
+    0.3
+}
+
+impl Scene {
+    /// Reads a scene file; mesh files in it are relative to it.
+    ///
+    /// # Errors
+    /// Unknown or missing keys, sizes that are not positive, directions that are zero or parallel, and a sheet whose
+    /// centre has no canvas behind it, each with file and line; and a mesh file that can't be read.
+    pub fn read(file: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(file)
+            .map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
+        Self::parse(&text, file)
+    }
+
+    /// Parses the text of a scene file; `file` is named in errors and gives the folder of mesh files.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, SceneError> {
+        let SceneFile { name, color, friction, canvas, sheet, furniture } = diagnostic::parse(text, file)?;
+        if !(0.0..=5.0).contains(&friction) {
+            let message = format!("friction of {friction} is not in 0 to 5");
+            return Err(diagnostic::invalid(text, file, "friction", message).into());
+        }
+        let mesh = canvas.mesh(file, CANVAS_TRIANGLE_MM).map_err(|e| e.in_table(text, file, "canvas", 0))?;
+        if canvas.color.is_some() {
+            let message = "the colour of the canvas stands above its table: color = [R, G, B]";
+            return Err(diagnostic::invalid(text, file, "canvas.color", message).into());
+        }
+        let sheet_frame = sheet
+            .frame()
+            .map_err(|(key, message)| diagnostic::invalid(text, file, &format!("sheet.{key}"), message))?;
+        let canvas = Canvas { name, mesh, sheet: sheet_frame };
+        if Projection::new(&canvas).to_surface(&nalgebra::Point2::origin()).is_none() {
+            let message = "no canvas behind the sheet's centre (xyz_mm), or it faces away: look along -normal";
+            return Err(diagnostic::invalid(text, file, "sheet.xyz_mm", message).into());
+        }
+        let furniture = furniture
+            .iter()
+            .enumerate()
+            .map(|(i, item)| {
+                let mesh = item
+                    .mesh(file, FURNITURE_TRIANGLE_MM)
+                    .map_err(|e: ShapeError| e.in_table(text, file, "furniture", i))?;
+                Ok(Furniture { mesh, color: item.color.unwrap_or_else(white) })
+            })
+            .collect::<Result<_, SceneError>>()?;
+        Ok(Self { canvas, color, friction, furniture })
+    }
+}
+
+impl SheetFile {
+    /// The sheet's frame, or the key that is wrong and why.
+    fn frame(&self) -> Result<SheetFrame, (&'static str, &'static str)> {
+        let direction = |v: [f64; 3]| {
+            let v = Vector3::from(v);
+            v.iter().all(|c| c.is_finite()).then(|| v.try_normalize(1e-9)).flatten()
+        };
+        let center = Vector3::from(self.xyz_mm) / 1000.0;
+        if !center.iter().all(|c| c.is_finite()) {
+            return Err(("xyz_mm", "coordinates must be finite"));
+        }
+        let normal = direction(self.normal).ok_or(("normal", "a direction must be finite and not zero"))?;
+        let up = direction(self.up).ok_or(("up", "a direction must be finite and not zero"))?;
+        let right = up.cross(&normal);
+        if right.norm() < MIN_SINE {
+            return Err(("up", "up is parallel to normal; it must point along the sheet, towards its upper edge"));
+        }
+        let rotation = frame_from_axes(&normal, &right);
+        Ok(SheetFrame { world_from_sheet: Pose::from_parts(Translation3::from(center), rotation) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const DOME: &str = "name = 'd'\n[canvas]\nshape = 'dome'\nradius_mm = 150\ntriangle_mm = 20\npose = { xyz_mm = [520, 0, 300] }\n\
+        [sheet]\nxyz_mm = [520, 0, 500]\nnormal = [0, 0, 1]\nup = [1, 0, 0]\n";
+
+    fn parse(text: &str) -> Result<Scene, SceneError> {
+        Scene::parse(text, Path::new("s.toml"))
+    }
+
+    fn mistake(from: &str, to: &str) -> String {
+        assert!(DOME.contains(from));
+        parse(&DOME.replace(from, to)).err().expect("is refused").to_string()
+    }
+
+    #[test]
+    fn the_sheet_lies_as_asked() {
+        let scene = parse(DOME).unwrap();
+        let frame = scene.canvas.sheet.world_from_sheet;
+        assert!((frame * Vector3::z() - Vector3::z()).norm() < 1e-12);
+        assert!((frame * Vector3::y() - Vector3::x()).norm() < 1e-12);
+        assert!((scene.canvas.mesh.bounds().1.z - 0.45).abs() < 1e-9);
+        assert_eq!((scene.friction, scene.color), (0.3, Rgb([255; 3])));
+    }
+
+    #[test]
+    fn mistakes_are_refused_with_their_line() {
+        assert_eq!(mistake("radius_mm = 150", "radius_mm = -1"), "s.toml:4: radius_mm is -1, but must be above 0");
+        assert_eq!(mistake("radius_mm", "radius_m"), "s.toml:4: unknown key `radius_m`: did you mean `radius_mm`?");
+        assert_eq!(mistake("radius_mm = 150\n", ""), "s.toml:2: a dome needs radius_mm");
+        assert_eq!(mistake("radius_mm = 150", "radius_mm = 150\nheight_mm = 3"), "s.toml:5: a dome has no height_mm");
+        assert_eq!(mistake("'dome'", "'dom'"), "s.toml:3: unknown value `dom`: did you mean `dome`?");
+        assert!(mistake("up = [1, 0, 0]", "up = [0, 0, 2]").starts_with("s.toml:10: up is parallel"));
+        assert!(mistake("normal = [0, 0, 1]", "normal = [0, 1, 0]").contains("no canvas behind"));
+        assert!(mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [0, 0, 500]").starts_with("s.toml:8:"));
+        assert!(mistake("[canvas]", "friction = -1\n[canvas]").starts_with("s.toml:2:"));
+        assert!(mistake("triangle_mm = 20", "triangle_mm = 1e-6").contains("triangle size"));
+        let furniture =
+            "[[furniture]]\nshape = 'box'\nsize_mm = [1, 1, 1]\n[[furniture]]\nshape = 'box'\nsize_mm = [1, 0, 1]\n";
+        assert_eq!(
+            parse(&format!("{DOME}{furniture}")).err().map(|e| e.to_string()),
+            Some("s.toml:16: size_mm is 0, but must be above 0".to_string())
+        );
+        let lost = mistake("shape = 'dome'\nradius_mm = 150\ntriangle_mm = 20", "shape = 'mesh'\nmesh = 'nowhere.obj'");
+        assert!(lost.starts_with("nowhere.obj: "), "{lost}");
+    }
+
+    #[test]
+    fn every_scene_in_the_folder_can_be_drawn_on() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+        let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+        files.retain(|f| f.extension().is_some_and(|e| e == "toml"));
+        files.sort();
+        assert!(files.len() >= 6);
+        for file in files {
+            let scene = Scene::read(&file).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(file.file_stem().unwrap().to_str(), Some(scene.canvas.name.as_str()));
+            assert!(scene.canvas.mesh.signed_volume() > 0.0);
+            // The middle 90 x 180 mm, the smallest canvas of the dissertation's table 8.1, has surface everywhere.
+            let projection = Projection::new(&scene.canvas);
+            for (x, y) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (0.005 * f64::from(i), 0.01 * f64::from(j)))) {
+                let hit = projection.to_surface(&nalgebra::Point2::new(x, y));
+                let hit = hit.unwrap_or_else(|| panic!("{}: nothing at {x}, {y}", file.display()));
+                let reach = (hit.position - nalgebra::Point3::new(0.0, 0.0, 0.64)).norm();
+                assert!((0.3..0.85).contains(&reach), "{}: {x}, {y} is {reach} m from the shoulder", file.display());
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn arbitrary_text_never_panics(text in "(name|shape|=|'dome'|\\[canvas\\]|\\[sheet\\]|\n|[0-9.e-]{1,4}|\\PC){0,40}") {
+            let _ = parse(&text);
+            let _ = parse(&format!("{DOME}{text}"));
+        }
+
+        #[test]
+        fn arbitrary_numbers_never_panic(a in any::<f64>(), b in any::<f64>(), c in any::<f64>()) {
+            prop_assume!(a.is_finite() && b.is_finite() && c.is_finite());
+            let _ = parse(&DOME.replace("520, 0, 300", &format!("{a:?}, {b:?}, {c:?}")));
+            let _ = parse(&DOME.replace("normal = [0, 0, 1]", &format!("normal = [{a:?}, {b:?}, {c:?}]")));
+            let _ = parse(&DOME.replace("radius_mm = 150", &format!("radius_mm = {a:?}")));
+            let _ = parse(&DOME.replace("triangle_mm = 20", &format!("triangle_mm = {:?}", 30.0 + b.abs())));
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The rapier plant: every arm a reduced-coordinate multibody in one world.
+use nalgebra::{Isometry3, Point3, Quaternion, Rotation3, SymmetricEigen, Translation3, UnitQuaternion, Vector3};
+use rapier3d_f64::prelude as rapier;
+use rapier3d_f64::prelude::{
+    GenericJointBuilder, JointAxesMask, JointAxis, MassProperties, MultibodyJointHandle, PhysicsWorld,
+    RigidBodyBuilder, RigidBodyHandle,
+};
+
+use crate::control::MeasuredState;
+use crate::math::Pose;
+use crate::robot::{ArmModel, GRAVITY, JointKind, JointVector, Kinematics, SpatialInertia};
+use crate::twin::{Plant, TipForce};
+
+/// All arms in one rapier world.
+pub struct RapierPlant {
+    world: PhysicsWorld,
+    arms: Vec<RapierArm>,
+    states: Vec<MeasuredState>,
+}
+
+struct RapierArm {
+    bodies: Vec<RigidBodyHandle>,
+    joint: MultibodyJointHandle,
+    kinds: Vec<JointKind>,
+    /// Centre of mass of each moving link, m, link frame.
+    coms: Vec<Point3<f64>>,
+    /// Lower and upper limit of each joint.
+    limits: Vec<[f64; 2]>,
+}
+
+/// A joint's limit is among the solver's rows only when the joint is this near to it, rad or m: seven idle rows would
+/// cost a tenth of the step.
+const NEAR_LIMIT: f64 = 0.02;
+
+impl RapierPlant {
+    /// Arms at rest at `q0` (one entry an arm), stepped by `dt` s. `None` when rapier refuses the chain, which it does
+    /// for no serial chain of at least one joint.
+    pub fn new(arms: &[ArmModel], q0: &[JointVector], dt: f64) -> Option<Self> {
+        let mut world = PhysicsWorld { gravity: rapier::Vector::new(0.0, 0.0, -GRAVITY), ..Default::default() };
+        world.integration_parameters.dt = dt;
+        // each iteration is a full substep; one per millisecond is right for arms
+        world.integration_parameters.num_solver_iterations = 1;
+        world.integration_parameters.contact_recycling = false;
+        world.integration_parameters.normalized_prediction_distance = 0.001;
+        let mut plant = Self { world, arms: Vec::new(), states: Vec::new() };
+        for (arm, q) in arms.iter().zip(q0) {
+            plant.insert(arm, q)?;
+        }
+        Some(plant)
+    }
+
+    fn insert(&mut self, arm: &ArmModel, q0: &JointVector) -> Option<()> {
+        let w = &mut self.world;
+        let mut bodies = vec![w.bodies.insert(RigidBodyBuilder::fixed().pose(to_rapier(&arm.world_from_base)))];
+        let mut joint = None;
+        for (i, j) in arm.joints.iter().enumerate() {
+            let body = RigidBodyBuilder::dynamic()
+                .can_sleep(false)
+                .linear_damping(0.0)
+                .angular_damping(0.0)
+                .additional_mass_properties(mass_properties(&arm.links[i + 1].inertia));
+            let body = w.bodies.insert(body);
+            // rapier's joints turn about or slide along the x axis of their frames
+            let turn = UnitQuaternion::rotation_between(&Vector3::x(), &j.axis)
+                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
+            let frame = Isometry3::from_parts(Translation3::identity(), turn);
+            let (axis, free) = match j.kind {
+                JointKind::Revolute => (JointAxis::AngX, JointAxesMask::ANG_X),
+                JointKind::Prismatic => (JointAxis::LinX, JointAxesMask::LIN_X),
+            };
+            let mut data = GenericJointBuilder::new(JointAxesMask::all() & !free)
+                .local_frame1(to_rapier(&(j.parent_from_joint * frame)))
+                .local_frame2(to_rapier(&frame))
+                .contacts_enabled(false);
+            if j.lower.is_finite() && j.upper.is_finite() {
+                data = data.limits(axis, [j.lower, j.upper]);
+            }
+            joint = Some(w.multibody_joints.insert(bodies[i], body, data.build(), true)?);
+            bodies.push(body);
+        }
+        let joint = joint?;
+        let n = arm.dof();
+        {
+            let (multibody, _) = w.multibody_joints.get_mut(joint)?;
+            multibody.set_self_contacts_enabled(false);
+            multibody.forward_kinematics(&w.bodies, true);
+            for (i, j) in arm.joints.iter().enumerate() {
+                multibody.damping_mut()[i] = j.damping;
+                multibody.armature_mut()[i] = j.armature;
+                multibody.frictions_mut()[i] = j.friction;
+            }
+            multibody.apply_displacements(&q0.as_slice()[..n]);
+            multibody.forward_kinematics(&w.bodies, true);
+            multibody.update_rigid_bodies(&mut w.bodies, true);
+        }
+        self.arms.push(RapierArm {
+            bodies,
+            joint,
+            kinds: arm.joints.iter().map(|j| j.kind).collect(),
+            coms: arm.links[1..].iter().map(|l| l.inertia.com).collect(),
+            limits: arm.joints.iter().map(|j| [j.lower, j.upper]).collect(),
+        });
+        self.states.push(MeasuredState { q: *q0, qd: JointVector::zeros() });
+        Some(())
+    }
+
+    /// The engine's world.
+    pub(super) fn world(&self) -> &PhysicsWorld {
+        &self.world
+    }
+
+    /// The engine's world, to put more into it.
+    pub(super) fn world_mut(&mut self) -> &mut PhysicsWorld {
+        &mut self.world
+    }
+
+    /// The body of the last link of arm `arm`.
+    pub(super) fn last_body(&self, arm: usize) -> RigidBodyHandle {
+        self.arms[arm].bodies[self.arms[arm].kinds.len()]
+    }
+
+    fn read(&mut self, a: usize) -> bool {
+        let arm = &self.arms[a];
+        let Some((multibody, _)) = self.world.multibody_joints.get_mut(arm.joint) else { return false };
+        let state = &mut self.states[a];
+        for i in 0..arm.kinds.len() {
+            state.qd[i] = multibody.generalized_velocity()[i];
+            let Some(link) = multibody.link_mut(i + 1) else { return false };
+            let (coordinate, axis) = match arm.kinds[i] {
+                JointKind::Revolute => (3, JointAxesMask::ANG_X),
+                JointKind::Prismatic => (0, JointAxesMask::LIN_X),
+            };
+            let q = link.joint.coords()[coordinate];
+            state.q[i] = q;
+            let [lower, upper] = arm.limits[i];
+            let near = q < lower + NEAR_LIMIT || q > upper - NEAR_LIMIT;
+            link.joint.data.limit_axes = if near { axis } else { JointAxesMask::empty() };
+        }
+        state.q.iter().all(|x| x.is_finite()) && state.qd.iter().all(|x| x.is_finite())
+    }
+}
+
+impl Plant for RapierPlant {
+    fn state(&self, arm: usize) -> &MeasuredState {
+        &self.states[arm]
+    }
+
+    fn step(&mut self, torques: &[JointVector], forces: &[TipForce], kinematics: &[Kinematics]) -> Result<(), usize> {
+        for (a, arm) in self.arms.iter().enumerate() {
+            let (tau, k) = (&torques[a], &kinematics[a]);
+            // a torque that isn't finite would silently disable the arm
+            if !tau.iter().all(|x| x.is_finite()) || !forces[a].force.iter().all(|x| x.is_finite()) {
+                return Err(a);
+            }
+            let n = arm.kinds.len();
+            for i in 0..n {
+                // joint i pushes link i + 1 and pushes back on link i; so link i + 1 feels tau_i z_i - tau_(i+1) z_(i+1)
+                let body = &mut self.world.bodies[arm.bodies[i + 1]];
+                body.reset_forces(false);
+                body.reset_torques(false);
+                let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+                let com = (k.world_from_link(i + 1) * arm.coms[i]).coords;
+                let mut push = |j: usize, sign: f64| {
+                    let [rotation, slide] = k.joint_motion(j);
+                    match arm.kinds[j] {
+                        JointKind::Revolute => torque += rotation * (sign * tau[j]),
+                        JointKind::Prismatic => {
+                            let f = slide * (sign * tau[j]);
+                            let at = k.world_from_link(j + 1).translation.vector;
+                            force += f;
+                            torque += (at - com).cross(&f);
+                        }
+                    }
+                };
+                push(i, 1.0);
+                if i + 1 < n {
+                    push(i + 1, -1.0);
+                }
+                if i + 1 == n {
+                    force += forces[a].force;
+                    torque += (forces[a].point.coords - com).cross(&forces[a].force);
+                }
+                body.add_force(to_rapier_vector(&force), false);
+                body.add_torque(to_rapier_vector(&torque), false);
+            }
+        }
+        self.world.step();
+        for a in 0..self.arms.len() {
+            if !self.read(a) {
+                return Err(a);
+            }
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn mass_properties(body: &SpatialInertia) -> MassProperties {
+    let eigen = SymmetricEigen::new(body.inertia);
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes.column_mut(0).neg_mut();
+    }
+    let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    MassProperties::with_principal_inertia_frame(
+        to_rapier_vector(&body.com.coords),
+        body.mass,
+        to_rapier_vector(&eigen.eigenvalues),
+        to_rapier(&Pose::from_parts(Translation3::identity(), frame)).rotation,
+    )
+}
+
+pub(super) fn to_rapier_vector(v: &Vector3<f64>) -> rapier::Vector {
+    rapier::Vector::new(v.x, v.y, v.z)
+}
+
+pub(super) fn to_rapier(pose: &Pose) -> rapier::Pose {
+    let q: &Quaternion<f64> = pose.rotation.quaternion();
+    rapier::Pose::from_parts(
+        to_rapier_vector(&pose.translation.vector),
+        rapier::Rotation::from_xyzw(q.i, q.j, q.k, q.w),
+    )
+}
