@@ -181,7 +181,7 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     if let Some([near, far]) = request.depths
         && !(near.is_finite() && far.is_finite() && near <= far)
     {
-        return Err(ReachError::Depths { near_mm: near * 1e3, far_mm: far * 1e3 }.into());
+        return Err(ReachError::Depths { near_mm: near * 1e3, far_mm: far * 1e3 });
     }
     let drawing = match &request.drawing {
         Some((_, sketch)) => Some(artwork::make(sketch, progress)?.drawing),
@@ -189,12 +189,12 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     };
     let aspect = drawing.as_ref().map_or(request.aspect, |d| d.width / d.height);
     if !(0.01..=100.0).contains(&aspect) {
-        return Err(ReachError::Aspect { aspect }.into());
+        return Err(ReachError::Aspect { aspect });
     }
     let arms: Vec<&Arm> = chosen.iter().map(|i| &cell.arms[*i]).collect();
     let axis = request.axis.map_or_else(|| looking(arms[0]), Vector3::from);
     let models: Vec<_> = arms.iter().map(|a| &a.model).collect();
-    let grid = ReachGrid::around(&models, &axis, request.spacing).map_err(ReachError::from)?;
+    let grid = ReachGrid::around(&models, &axis, request.spacing)?;
     let cache = OutputDir::check(request.cache.as_deref().unwrap_or(&out.path().join("cache")))?;
     let solids = chosen.iter().map(|i| {
         let others = cell.arms.iter().enumerate().filter(|(other, _)| other != i).map(|(_, arm)| arm);
@@ -205,7 +205,7 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     let mut probes = Vec::new();
     for (arm, solids) in arms.iter().zip(&solids) {
         let probe = ReachProbe::new(&arm.model, &arm.home, solids, &grid.axis, &options, PATCH);
-        probes.push(probe.map_err(ReachError::from)?);
+        probes.push(probe?);
     }
     let (mut maps, mut to_keep) = (Vec::new(), Vec::new());
     for (arm, probe) in arms.iter().zip(&probes) {
@@ -217,9 +217,7 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     let [near, far] = request.depths.unwrap_or([grid.coordinate(2, 0), grid.coordinate(2, grid.size[2] - 1)]);
     let depths = slices(&of_all, aspect, near, far);
     if depths.is_empty() && far - near < grid.spacing {
-        return Err(
-            ReachError::NoDepth { near_mm: near * 1e3, far_mm: far * 1e3, spacing_mm: grid.spacing * 1e3 }.into()
-        );
+        return Err(ReachError::NoDepth { near_mm: near * 1e3, far_mm: far * 1e3, spacing_mm: grid.spacing * 1e3 });
     }
     progress.stage("trying canvases", None);
     let (canvas, tried) = choose(&grid, &depths, &arms, &maps, &probes, [near, far])?;
@@ -249,7 +247,7 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     files.push(out.write("reach.json", (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?);
     let figure = canvas.figure(&cell.name, &arms, &maps, near, far, drawing.as_ref());
     files.push(out.write("reach.svg", figure.svg().as_bytes())?);
-    files.push(out.write("reach.png", &figure.png().map_err(ReachError::from)?)?);
+    files.push(out.write("reach.png", &figure.png()?)?);
     files.push(out.write("canvas.toml", canvas.scene(&cell.name).as_bytes())?);
     if let Some((file, _)) = &request.drawing {
         let arm = (cell.arms.len() > 1).then(|| arms[0].model.name.as_str());

@@ -2,10 +2,13 @@
 
 mod bezier_fit;
 mod clip;
+mod error;
 mod hatch;
 mod load;
+mod loaded;
 pub mod pattern;
 mod sheet;
+mod size;
 mod stroke_id;
 pub mod stroke_order;
 pub mod stroke_text;
@@ -17,9 +20,12 @@ mod svg_walk;
 pub mod svg_write;
 pub mod tidy;
 
-pub use load::{DrawingError, Loaded, Size, Warning, load};
+pub use error::DrawingError;
+pub use load::load;
+pub use loaded::{Loaded, Warning};
 pub use pattern::{Figure, Pattern};
 pub use sheet::{Drawing, InkLayer, Stroke, StrokeRef};
+pub use size::Size;
 pub use stroke_id::StrokeId;
 pub use stylus::StylusOptions;
 pub use svg::{Fill, SvgOptions};

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Point2, Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
 
-use super::load::DrawingError;
+use super::DrawingError;
 use super::{Drawing, InkLayer, Stroke};
 use crate::math::Rgb;
 

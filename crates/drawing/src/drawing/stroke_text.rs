@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point2;
 
-use super::load::{DrawingError, Size};
 use super::{Drawing, InkLayer, Stroke};
+use super::{DrawingError, Size};
 use crate::math::Rgb;
 
 /// Metres per unit of the first line where the size is left as the file says: pixels of 96 per inch.

@@ -19,9 +19,9 @@ use nalgebra::Point2;
 use serde_json::Value;
 
 use super::bezier_fit::{FitOptions, fit, flatten};
-use super::load::{DrawingError, Loaded, Size, Warning};
 use super::stylus_clean::{CleanOptions, Repairs, Sample, clean};
 use super::{Drawing, InkLayer, Stroke};
+use super::{DrawingError, Loaded, Size, Warning};
 use crate::math::Rgb;
 
 /// Name of the one layer of a recording.

@@ -15,9 +15,9 @@ use std::path::Path;
 use kurbo::Affine;
 
 use super::Drawing;
-use super::load::{DrawingError, Loaded, Size};
 use super::svg_survey::{self, Survey};
 use super::svg_walk::{MAX_POINTS, Walk};
+use super::{DrawingError, Loaded, Size};
 use crate::math::Rgb;
 
 /// Millimetres per CSS pixel: 96 px = 25.4 mm.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use usvg::roxmltree::{Document, Node, ParsingOptions};
 
-use super::load::{DrawingError, Warning};
+use super::{DrawingError, Warning};
 
 /// Elements nested deeper than this are refused, so that no recursion over them gets near the end of its stack.
 const MAX_DEPTH: usize = 400;

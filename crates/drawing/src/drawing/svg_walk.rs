@@ -7,9 +7,9 @@ use kurbo::{Affine, BezPath, PathEl, Point};
 use nalgebra::Point2;
 use usvg::tiny_skia_path::PathSegment;
 
+use super::Warning;
 use super::clip::{self, Clip, Outline};
 use super::hatch::hatch;
-use super::load::Warning;
 use super::svg::{Fill, SvgOptions};
 use super::{InkLayer, Stroke};
 use crate::math::Rgb;

@@ -1,7 +1,7 @@
 //! Boundary first flattening with the boundary that keeps areas best.
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use super::flatten::FlatError;
+use super::flat_error::FlatError;
 use super::laplacian::{Laplacian, numbered};
 use super::patch::Patch;
 use crate::math::Cholesky;

@@ -2,7 +2,8 @@
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::distortion::{Stretch, stretch};
-use super::flatten::{FlatError, Flattening, flatten};
+use super::flat_error::FlatError;
+use super::flatten::{Flattening, flatten};
 use super::patch::Patch;
 use super::{SurfacePoint, TriMesh};
 

@@ -2,9 +2,9 @@
 use nalgebra::{Point2, Vector2};
 
 use super::bff::boundary_first;
+use super::flat_error::FlatError;
 use super::lscm::least_squares;
 use super::patch::Patch;
-use crate::math::SparseError;
 
 /// Most rings of triangles round a turned-over one in which vertices are moved.
 const RINGS: usize = 6;
@@ -19,28 +19,6 @@ pub enum Flattening {
     BoundaryFirst,
     /// Least squares conformal map with two pinned vertices.
     LeastSquares,
-}
-
-/// Why a patch can't be flattened.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FlatError {
-    /// The equations have no solution.
-    #[error("the surface can't be flattened: {0}")]
-    Solve(#[from] SparseError),
-    /// The solution is not finite or has no area.
-    #[error("the surface can't be flattened: its triangles are too thin")]
-    Collapsed,
-    /// Triangles lie turned over in the plane, and smoothing them out didn't help.
-    #[error(
-        "{flips} of {triangles} triangles lie turned over after flattening: the surface is too crumpled for a flat drawing; a smoother mesh would do"
-    )]
-    Flips {
-        /// How many.
-        flips: usize,
-        /// Of how many.
-        triangles: usize,
-    },
 }
 
 /// Flattens a patch. Returns the places of its vertices in the plane, in the order of `patch.vertices`, all triangles

@@ -1,7 +1,7 @@
 //! Least squares conformal maps.
 use nalgebra::{Complex, Point2};
 
-use super::flatten::FlatError;
+use super::flat_error::FlatError;
 use super::laplacian::{Laplacian, numbered};
 use super::patch::Patch;
 use crate::math::Cholesky;

@@ -13,7 +13,7 @@ const STRIDE: f64 = 0.006;
 /// Time between looks, s, which see whether it has.
 const LOOK: f64 = 0.005;
 
-/// How an arm stands in a piece of its work, closely enough that no point moves by more than [`STRIDE`] in between.
+/// How an arm stands in a piece of its work, closely enough that no point moves by more than 6 mm in between.
 pub struct Sweep {
     capsules: Vec<Capsule>,
     low: Point3<f64>,

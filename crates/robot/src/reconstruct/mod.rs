@@ -9,11 +9,11 @@ mod cloud;
 mod error;
 mod fit;
 mod kdtree;
+mod meshing;
 mod nets;
 mod normals;
 mod options;
 mod patch;
-mod reconstruct;
 mod register;
 mod skirt;
 
@@ -29,7 +29,7 @@ pub use options::{MeshingOptions, ScanReport};
 pub use register::Prior;
 pub use skirt::skirt;
 
-use reconstruct::{Built, Wish, reconstruct};
+use meshing::{Built, Wish, reconstruct};
 use register::register;
 
 /// Fewest points round the sheet that a mesh is made of.

@@ -6,12 +6,14 @@
 mod error;
 pub mod optics;
 mod raster;
+mod raster_options;
 mod recorder;
 mod segment;
 mod tile;
 mod trace;
 
 pub use error::InkError;
-pub use raster::{RasterOptions, rasterise};
+pub use raster::rasterise;
+pub use raster_options::RasterOptions;
 pub use recorder::{InkRecorder, NibContact, PenState};
 pub use trace::{InkPoint, InkStroke, InkTrace, TraceInk};

@@ -1,7 +1,8 @@
 //! The lines of a trace as segments in picture coordinates, and which tile sees which.
-use crate::ink::InkStroke;
-use crate::ink::raster::RasterOptions;
-use crate::ink::tile::TILE;
+use crate::ink::{InkStroke, RasterOptions};
+
+/// Side of a tile, px. A tile's buffers (24 bytes a pixel) stay in the second-level cache.
+pub(super) const TILE: usize = 64;
 
 /// A stroke that comes back to a pixel after this many of its mean widths of its own length absorbs again; nearer, it is a
 /// joint.

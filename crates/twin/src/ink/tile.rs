@@ -1,9 +1,6 @@
 //! The pixels of a tile while ink is laid on them, and what the ink does to light.
-use crate::ink::segment::Segment;
+use crate::ink::segment::{Segment, TILE};
 use crate::math::SrgbTable;
-
-/// Side of a tile, px. A tile's buffers (24 bytes a pixel) stay in the second-level cache.
-pub(super) const TILE: usize = 64;
 
 /// What light does.
 pub(super) struct Colours {
