@@ -19,7 +19,7 @@ fn setup() -> TrialSetup {
 #[divan::bench(sample_count = 5, sample_size = 1)]
 fn tool_change(bencher: Bencher) {
     let setup = setup();
-    let error = ErrorRanges::usual().draw(3);
+    let error = ErrorRanges::usual().draw(&mut calamus::math::stream(3, "dock error", 0));
     let steps = setup.run(&error).expect("stays finite").steps;
     bencher.counter(ItemsCount::new(steps)).bench_local(|| setup.run(&error));
 }

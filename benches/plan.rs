@@ -46,8 +46,20 @@ fn snowflake_on_a_dome(bencher: Bencher) {
     let furniture: Vec<_> = scene.furniture.into_iter().map(|f| f.mesh).collect();
     let options = PlanOptions::default();
     let plan = || {
-        plan::plan(0, &arm.model, &arm.home, &arm.service, &mapped, &belief, &furniture, &options, &mut |_| ())
-            .expect("it can be reached")
+        plan::plan(
+            &plan::PlanJob {
+                arm_index: 0,
+                arm: &arm.model,
+                home: &arm.home,
+                service: &arm.service,
+                drawing: &mapped,
+                canvas: &belief,
+                obstacles: &furniture,
+            },
+            &options,
+            &mut |_| (),
+        )
+        .expect("it can be reached")
     };
     let poses = plan().statistics.poses;
     bencher.counter(ItemsCount::new(poses)).bench_local(plan);

@@ -1,7 +1,8 @@
 //! Where the time of a physics step goes: the iiwa presses and draws on the bumpy column at 1 kHz.
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use calamus::control::{ImpedanceController, ImpedanceOptions, MeasuredState, Press, Reference};
+use calamus::control::{ImpedanceController, ImpedanceOptions, LawOptions, MeasuredState, Press, Reference};
 use calamus::drawing::{Drawing, InkLayer, Stroke};
 use calamus::ink::{InkRecorder, NibContact};
 use calamus::math::Rgb;
@@ -12,8 +13,8 @@ use calamus::robot::{Arm, Cell, Kinematics};
 use calamus::surface::{BelievedCanvas, Mapping, Projection, Scene, map_drawing};
 use calamus::truth::TrueCanvas;
 use calamus::twin::{
-    ArticulatedPlant, Contact, Nib, Plant, PlantKind, RapierPlant, Surroundings, TipForce, TwinArm, TwinOptions,
-    simulate,
+    ArmSetup, ArticulatedPlant, Contact, Nib, Plant, PlantKind, RapierPlant, TipForce, Touching, TrueScene,
+    TwinOptions, simulate,
 };
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -53,7 +54,7 @@ impl Bench {
     fn new() -> Self {
         let arm = Cell::load(&asset("robots/iiwa_fixed.toml")).expect("the robot loads").arms.remove(0);
         let scene = Scene::read(&asset("scenes/column.toml")).expect("the scene loads");
-        let (truth, belief) = (TrueCanvas(scene.canvas.clone()), BelievedCanvas(scene.canvas.clone()));
+        let (truth, belief) = (TrueCanvas::nominal(scene.canvas.clone()), BelievedCanvas(scene.canvas.clone()));
         let points = (0..=60).map(|i| Point2::new((f64::from(i) - 30.0) * 1e-3, 0.0)).collect();
         let layer = InkLayer {
             name: "black".into(),
@@ -62,11 +63,23 @@ impl Bench {
             strokes: vec![Stroke::new(points)],
         };
         let drawing = Drawing::new(0.1, 0.1, vec![layer]);
-        let mapping = Projection::new(&truth);
+        let mapping = Projection::new(truth.reveal());
         let mapped = map_drawing(&drawing, &mapping, 1e-3).expect("the line lies on the column");
         let options = PlanOptions { pen_speed: SPEED, ..Default::default() };
-        let planned = plan::plan(0, &arm.model, &arm.home, &arm.service, &mapped, &belief, &[], &options, &mut |_| ())
-            .expect("the line can be reached");
+        let planned = plan::plan(
+            &plan::PlanJob {
+                arm_index: 0,
+                arm: &arm.model,
+                home: &arm.home,
+                service: &arm.service,
+                drawing: &mapped,
+                canvas: &belief,
+                obstacles: &[],
+            },
+            &options,
+            &mut |_| (),
+        )
+        .expect("the line can be reached");
         let line = planned.plan.segments.iter().find(|s| s.kind == SegmentKind::Draw).expect("there is a stroke");
         let m = line.trajectory.sample(0.5 * line.trajectory.duration(), &mut 0);
         let wish = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05) };
@@ -91,17 +104,9 @@ impl Bench {
 
     fn contact(&self, nib: &mut Nib) -> Contact {
         let friction = (self.pen.spring.friction * self.canvas_friction).sqrt();
-        nib.touch(
-            &self.pen.spring,
-            friction,
-            &self.canvas.mesh,
-            &self.tip,
-            &self.axis,
-            &self.velocity,
-            f64::INFINITY,
-            DT,
-        )
-        .expect("it touches")
+        let touching =
+            Touching { tip: self.tip, axis: self.axis, velocity: self.velocity, mass: f64::INFINITY, dt: DT };
+        nib.touch(&self.pen.spring, friction, self.canvas.mesh(), &touching).expect("it touches")
     }
 
     fn controller(&self) -> ImpedanceController {
@@ -191,18 +196,17 @@ fn ink(bencher: Bencher) {
 #[divan::bench(args = [PlantKind::Rapier, PlantKind::Articulated], sample_count = 5, sample_size = 1)]
 fn whole(bencher: Bencher, plant: PlantKind) {
     let b = Bench::new();
-    let pens = [LayerPen { pen: b.pen.clone(), ink: "black".into() }];
-    let world = Surroundings {
-        canvas: &b.canvas,
-        friction: b.canvas_friction,
-        compliance: 0.0,
-        mapping: &b.mapping,
-        pens: &pens,
-    };
+    let pens = vec![LayerPen { pen: b.pen.clone(), ink: "black".into() }];
+    let mapping = Box::new(Projection::new(b.canvas.reveal()));
+    let (canvas, friction) = (b.canvas.clone(), b.canvas_friction);
+    let scene = Arc::new(TrueScene { canvas, friction, compliance: 0.0, mapping, pens });
     let options = TwinOptions { plant, ..Default::default() };
     let steps = (b.plan.duration() / options.dt).ceil() as usize + 1;
     bencher.counter(ItemsCount::new(steps)).bench_local(|| {
-        let arm = TwinArm { model: b.arm.model.clone(), controller: b.controller().into(), start: b.arm.home };
-        simulate(vec![arm], &b.plan, &world, &[Rgb([0, 0, 0])], &options, &mut |_| ()).expect("the simulation runs")
+        let (model, believed) = (b.arm.model.clone(), b.arm.model.clone());
+        let colors = vec![Rgb([0, 0, 0])];
+        let setup = ArmSetup { index: 0, model, believed, start: b.arm.home, layer: 0, gripper: None, colors };
+        let law = LawOptions::Impedance(ImpedanceOptions::default());
+        simulate(setup, &b.plan.arms[0].segments, &scene, law, &options).expect("the simulation runs")
     });
 }

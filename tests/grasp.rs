@@ -193,7 +193,7 @@ fn a_robot_that_knows_its_hand_badly_and_senses_badly_still_picks_the_tool() {
     setup.variation = Variation {
         mass: 1.2,
         hand_error: Pose::translation(1e-3, -1e-3, 1e-3),
-        noise: SensorNoise { force: 0.5, torque: 0.05, fingers: 2e-3, seed: 1 },
+        noise: SensorNoise { force: 0.5, torque: 0.05, fingers: 2e-3 },
         ..Variation::default()
     };
     let outcome = setup.run(&corners()[3]).unwrap();

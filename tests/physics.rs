@@ -2,7 +2,7 @@
 mod support;
 
 use calamus::control::{
-    ImpedanceController, ImpedanceOptions, PositionController, PositionOptions, Press, Reference, design_damping,
+    ImpedanceController, ImpedanceOptions, LawOptions, PositionOptions, Press, Reference, design_damping,
 };
 use calamus::math::Pose;
 use calamus::mesh::{TriMesh, shapes};
@@ -186,7 +186,7 @@ fn a_known_weight_on_the_tip_presses_with_its_weight() {
     let q = inverse_kinematics(&belief, &above(0.6, 0.0, 1e-4), &q0);
     let stand = follow(&belief, &q, SegmentKind::Draw, 0.0, 4.0, |_| above(0.6, 0.0, 0.0));
     let record = run(&truth, &belief, free, q, vec![stand], &canvas(table()), &TwinOptions::default());
-    let force = record.arms[0].samples.last().unwrap().normal_force;
+    let force = record.arms[0].samples.last().unwrap().normal_force.unwrap();
     assert!((force / (m * 9.81) - 1.0).abs() < 0.01, "{force} N for {} N", m * 9.81);
 }
 
@@ -257,7 +257,11 @@ fn pressing_by_delta_gives_k_delta() {
         // the last instant of the rest before drawing
         let rest = record.arms[0].samples.iter().rfind(|s| s.segment == SegmentKind::Press).unwrap();
         let wished = 350.0 * 0.003;
-        assert!((rest.normal_force / wished - 1.0).abs() < 0.03, "{name}: {} N for {wished} N", rest.normal_force);
+        assert!(
+            (rest.normal_force.unwrap() / wished - 1.0).abs() < 0.03,
+            "{name}: {} N for {wished} N",
+            rest.normal_force.unwrap()
+        );
     }
 }
 
@@ -357,10 +361,16 @@ fn position_control_keeps_to_a_free_path_within_a_tenth_of_a_millimetre() {
     let travel = follow(&arm, &q, SegmentKind::Travel, 0.0, 3.5, pose);
     for plant in PLANTS {
         let options = TwinOptions { plant, ..Default::default() };
-        let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
-        let record = run_by(&arm, controller, q, vec![travel.clone()], &canvas(table()), &options);
+        let record = run_by(
+            [&arm, &arm],
+            LawOptions::Position(PositionOptions::default()),
+            q,
+            vec![travel.clone()],
+            &canvas(table()),
+            &options,
+        );
         let samples = &record.arms[0].samples;
-        let off = samples.iter().map(|s| (s.tip - s.tip_desired).norm()).fold(0.0, f64::max);
+        let off = samples.iter().map(|s| (s.tip - s.tip_desired.unwrap()).norm()).fold(0.0, f64::max);
         assert!(off < 1e-4, "{plant:?}: {off} m off");
         assert!((samples[samples.len() - 1].tip - samples[0].tip).norm() > 0.1);
     }
@@ -378,10 +388,17 @@ fn position_control_is_stiff_at_the_tip_and_knows_how_stiff() {
     let stand = follow(&arm, &at, SegmentKind::Draw, press.end(), 1.0, |_| pose(1.0));
     for plant in PLANTS {
         let options = TwinOptions { plant, ..Default::default() };
-        let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
-        let record = run_by(&arm, controller, q, vec![press.clone(), stand.clone()], &canvas(table()), &options);
+        let record = run_by(
+            [&arm, &arm],
+            LawOptions::Position(PositionOptions::default()),
+            q,
+            vec![press.clone(), stand.clone()],
+            &canvas(table()),
+            &options,
+        );
         let samples = &record.arms[0].samples;
-        let (force, earlier) = (samples[samples.len() - 1].normal_force, samples[samples.len() - 40].normal_force);
+        let (force, earlier) =
+            (samples[samples.len() - 1].normal_force.unwrap(), samples[samples.len() - 40].normal_force.unwrap());
         assert!((force / earlier - 1.0).abs() < 1e-3, "{plant:?}: it hums: {force} N, {earlier} N");
         let nib = calamus::pen::PenModel::named("fineliner_08").unwrap().spring.stiffness;
         let arm_stiffness = force / (depth - force / nib);
@@ -402,11 +419,17 @@ fn a_canvas_that_stands_higher_is_pressed_hard_by_position_control_alone() {
     let soft =
         run(&arm, &arm, ImpedanceOptions::default(), q, vec![press.clone()], &canvas(table()), &TwinOptions::default());
     let soft = &soft.arms[0];
-    let rest = soft.samples[soft.samples.len() - 1].normal_force;
+    let rest = soft.samples[soft.samples.len() - 1].normal_force.unwrap();
     assert!((rest / (350.0 * 0.008) - 1.0).abs() < 0.2, "{rest} N");
     // it lands fast there
     assert!(soft.max_force < 10.0, "{} N", soft.max_force);
-    let controller = PositionController::new(arm.clone(), PositionOptions::default()).into();
-    let hard = run_by(&arm, controller, q, vec![press], &canvas(table()), &TwinOptions::default());
+    let hard = run_by(
+        [&arm, &arm],
+        LawOptions::Position(PositionOptions::default()),
+        q,
+        vec![press],
+        &canvas(table()),
+        &TwinOptions::default(),
+    );
     assert!(hard.arms[0].max_force > 60.0, "{} N", hard.arms[0].max_force);
 }

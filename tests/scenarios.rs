@@ -46,7 +46,7 @@ fn drawn(file: &Path, plant: &str) -> (Scenario, Metrics, tempfile::TempDir) {
     let scenario = Scenario::read(file, &overrides).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let out = OutputDir::check(folder.path()).unwrap();
-    let outcome = run(&scenario, Until::End, &out, &Silent).unwrap();
+    let outcome = run(&scenario, Until::End, &calamus::run::Manner::default(), &out, &Silent).unwrap();
     (scenario, outcome.metrics, folder)
 }
 

@@ -55,7 +55,7 @@ fn drawn(name: &str, sets: &[&str]) -> (Outcome, PathBuf) {
     let all = [&QUICK, sets].concat();
     let folder = folder(name);
     let out = OutputDir::check(&folder).unwrap();
-    (run(&scenario("tool_change", &all), Until::End, &out, &Silent).unwrap(), folder)
+    (run(&scenario("tool_change", &all), Until::End, &calamus::run::Manner::default(), &out, &Silent).unwrap(), folder)
 }
 
 #[test]

@@ -1,18 +1,19 @@
 //! A line of wished width comes out as wide as wished, from the plan to the ink.
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use calamus::control::{ImpedanceController, ImpedanceOptions};
+use calamus::control::{ImpedanceOptions, LawOptions};
 use calamus::drawing::{Drawing, InkLayer, Stroke};
 use calamus::ink::InkPoint;
 use calamus::math::Rgb;
 use calamus::measure::{ContactMetrics, width_error};
 use calamus::pen::LayerPen;
 use calamus::pen::PenModel;
-use calamus::plan::{self, Plan, PlanOptions, PressDepths};
+use calamus::plan::{self, PlanOptions, PressDepths};
 use calamus::robot::Cell;
 use calamus::surface::{BelievedCanvas, Projection, Scene, SurfaceDrawing, map_drawing};
 use calamus::truth::TrueCanvas;
-use calamus::twin::{PlantKind, Record, Surroundings, TwinArm, TwinOptions, simulate};
+use calamus::twin::{ArmSetup, PlantKind, Record, TrueScene, TwinOptions, simulate};
 use nalgebra::Point2;
 
 fn asset(name: &str) -> PathBuf {
@@ -23,7 +24,7 @@ fn asset(name: &str) -> PathBuf {
 fn drawn(scene: &str, widths: Vec<f64>) -> (SurfaceDrawing, Record) {
     let arm = Cell::load(&asset("robots/iiwa_fixed.toml")).unwrap().arms.remove(0);
     let scene = Scene::read(&asset(scene)).unwrap();
-    let (truth, belief) = (TrueCanvas(scene.canvas.clone()), BelievedCanvas(scene.canvas.clone()));
+    let (truth, belief) = (TrueCanvas::nominal(scene.canvas.clone()), BelievedCanvas(scene.canvas.clone()));
     let pen = PenModel::named("felt_tip").unwrap();
     let control = ImpedanceOptions::default();
     let share = |i: usize| i as f64 / (widths.len() - 1) as f64;
@@ -32,24 +33,38 @@ fn drawn(scene: &str, widths: Vec<f64>) -> (SurfaceDrawing, Record) {
     let drawing =
         Drawing::new(0.2, 0.1, vec![InkLayer { name: "ink".into(), color: Rgb([0; 3]), width_hint: None, strokes }]);
 
-    let mapping = Projection::new(&truth);
+    let mapping = Projection::new(truth.reveal());
     let options = PlanOptions::default();
     let [narrow, wide] = pen.width_range();
     let at = |w: f64| (w, pen.force_for_width(w, options.pen_speed) / control.stiffness[2]);
     let table = (0..=12).map(|i| at(narrow + (wide - narrow) * f64::from(i) / 12.0)).collect();
     let options = PlanOptions { press: PressDepths { default: 3e-3, layers: vec![table] }, ..options };
     let mapped = map_drawing(&drawing, &mapping, 1e-3).unwrap();
-    let planned =
-        plan::plan(0, &arm.model, &arm.home, &arm.service, &mapped, &belief, &[], &options, &mut |_| ()).unwrap();
+    let planned = plan::plan(
+        &plan::PlanJob {
+            arm_index: 0,
+            arm: &arm.model,
+            home: &arm.home,
+            service: &arm.service,
+            drawing: &mapped,
+            canvas: &belief,
+            obstacles: &[],
+        },
+        &options,
+        &mut |_| (),
+    )
+    .unwrap();
 
-    let controller = ImpedanceController::new(arm.model.clone(), control);
-    let twin = TwinArm { model: arm.model.clone(), controller: controller.into(), start: arm.home };
-    let pens = [LayerPen { pen, ink: "ink".into() }];
-    let world =
-        Surroundings { canvas: &truth, friction: scene.friction, compliance: 0.0, mapping: &mapping, pens: &pens };
+    let (model, believed) = (arm.model.clone(), arm.model.clone());
+    let colors = vec![Rgb([0; 3])];
+    let setup = ArmSetup { index: 0, model, believed, start: arm.home, layer: 0, gripper: None, colors };
+    let pens = vec![LayerPen { pen, ink: "ink".into() }];
+    let own = Box::new(Projection::new(truth.reveal()));
+    let friction = scene.friction;
+    let scene = Arc::new(TrueScene { canvas: truth, friction, compliance: 0.0, mapping: own, pens });
     let options = TwinOptions { plant: PlantKind::Articulated, ..Default::default() };
-    let plan = Plan { arms: vec![planned.plan] };
-    let record = simulate(vec![twin], &plan, &world, &[Rgb([0; 3])], &options, &mut |_| ()).unwrap();
+    let law = LawOptions::Impedance(control);
+    let record = simulate(setup, &planned.plan.segments, &scene, law, &options).unwrap();
     (map_drawing(&drawing, &mapping, 2.5e-4).unwrap(), record)
 }
 

@@ -10,4 +10,4 @@ pub use error::ArtworkError;
 
 pub(crate) use make::{Made, make};
 pub(crate) use pens::pens;
-pub(crate) use preview::{Likenesses, estimated_time, wished_trace};
+pub(crate) use preview::{Likenesses, desired_trace, estimated_time};

@@ -27,7 +27,7 @@ const TRAVEL_START: f64 = 0.4;
 const CHANGE_WAY: f64 = 5.0;
 
 /// The ink that a perfect robot would leave: full density, and the width that is wished or that the pen has.
-pub(crate) fn wished_trace(drawing: &Drawing, pens: &[LayerPen]) -> InkTrace {
+pub(crate) fn desired_trace(drawing: &Drawing, pens: &[LayerPen]) -> InkTrace {
     let mut time = 0.0;
     let mut stroke = |r: &crate::drawing::StrokeRef| {
         let wished = &drawing.layers[r.layer].strokes[r.stroke];
@@ -62,7 +62,7 @@ impl Likenesses {
         let px_per_mm = (f64::from(BLUR_PX) / (BLUR_WIDTHS * 1e3 * width)).min(most);
         let options =
             RasterOptions { width: drawing.width, height: drawing.height, px_per_mm, paper: Rgb([255, 255, 255]) };
-        let wished = Picture::from_image(&rasterise(&wished_trace(drawing, pens), &options)?);
+        let wished = Picture::from_image(&rasterise(&desired_trace(drawing, pens), &options)?);
         let Some(artwork) = artwork else {
             return Ok(Self { reference: wished, options, preview: None, tone_error: None });
         };

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::experiment::Shard;
+use crate::run::Part;
 use crate::scenario::Override;
 
 /// Draws pictures with a simulated robot arm and a pen that leaves ink where it really touches.
@@ -33,6 +34,12 @@ pub(super) enum Command {
         /// Draw what can be reached when not everything can.
         #[arg(long)]
         partial: bool,
+        /// Draw a part alone: inks=RED,BLUE, strokes=10-20, or rect=LEFT,BOTTOM,RIGHT,TOP in mm from the sheet's middle.
+        #[arg(long, value_name = "PART", allow_hyphen_values = true)]
+        only: Option<Part>,
+        /// Go on where this run was killed or interrupted.
+        #[arg(long)]
+        resume: bool,
     },
     /// Read a scenario's drawing, or a drawing file, and write the lines that the pen will be asked for.
     Draw(Job),

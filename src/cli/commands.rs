@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use crate::exec::StopFlag;
 use crate::experiment::ExperimentError;
 use crate::reach::ReachError;
 use crate::report::{OutputDir, OutputError, summary};
-use crate::run::{self, Outcome, RunError, Until};
+use crate::run::{self, Manner, Outcome, RunError, Until};
 use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, ScenarioFile, Sketch};
 
 use super::Ending;
@@ -35,6 +36,8 @@ pub(super) enum CommandError {
     Experiment(#[from] ExperimentError),
     #[error("--threads {count}: {source}")]
     Threads { count: u16, source: rayon::ThreadPoolBuildError },
+    #[error("Ctrl-C can't be listened for: {0}")]
+    Signal(#[from] ctrlc::Error),
     #[error("standard output: {0}")]
     Print(#[from] io::Error),
     #[error("the JSON schema can't be printed: {0}")]
@@ -48,9 +51,14 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
         pool.build_global().map_err(|source| CommandError::Threads { count, source })?;
     }
     match &args.command {
-        Command::Run { job, partial } => stages(args, job, *partial, Until::End),
-        Command::Plan { job, partial } => stages(args, job, *partial, Until::Plan),
-        Command::Map(job) => stages(args, job, false, Until::Mapping),
+        Command::Run { job, partial, only, resume } => {
+            let stop: &'static StopFlag = Box::leak(Box::default());
+            ctrlc::set_handler(move || interrupted(stop))?;
+            let manner = Manner { only: only.clone(), resume: *resume, stop: Some(stop) };
+            stages(args, job, *partial, Until::End, &manner)
+        }
+        Command::Plan { job, partial } => stages(args, job, *partial, Until::Plan, &Manner::default()),
+        Command::Map(job) => stages(args, job, false, Until::Mapping, &Manner::default()),
         Command::Draw(job) => draw(args, job),
         Command::Check { schema: true, .. } => schema(),
         Command::Check { scenario, sets, .. } => check(scenario.as_deref().unwrap_or(Path::new("")), sets),
@@ -67,8 +75,16 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
     }
 }
 
+/// Ctrl-C: the first lets the arms stop where their pens are next off the canvas, the second ends the program at once.
+fn interrupted(stop: &StopFlag) {
+    if stop.is_raised() {
+        std::process::exit(Ending::INTERRUPTED);
+    }
+    stop.raise();
+}
+
 /// `run`, `plan`, `map`: a scenario as far as `until`.
-fn stages(args: &Args, job: &Job, partial: bool, until: Until) -> Result<Ending, CommandError> {
+fn stages(args: &Args, job: &Job, partial: bool, until: Until, manner: &Manner) -> Result<Ending, CommandError> {
     let file = scenario_file(&job.scenario)?;
     let mut scenario = Scenario::read(&file, &job.sets)?;
     scenario.plan.partial |= partial;
@@ -81,10 +97,15 @@ fn stages(args: &Args, job: &Job, partial: bool, until: Until) -> Result<Ending,
             progress.note(&format!("{what}: {}", path.display()));
         }
     }
-    let outcome = run::run(&scenario, until, &out, progress.as_ref())?;
+    let outcome = run::run(&scenario, until, manner, &out, progress.as_ref())?;
     drop(progress);
     tell(args, &outcome)?;
-    let unmet = if until == Until::End { scenario.unmet(&outcome.metrics) } else { Vec::new() };
+    if outcome.interrupted {
+        print::error("interrupted: what was drawn is kept; go on with --resume");
+        return Ok(Ending::Interrupted);
+    }
+    let unmet =
+        if until == Until::End && manner.only.is_none() { scenario.unmet(&outcome.metrics) } else { Vec::new() };
     for bound in &unmet {
         print::error(&bound.to_string());
     }

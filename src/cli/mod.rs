@@ -23,6 +23,13 @@ enum Ending {
     Unmet,
     /// Bad input, or input or output failed.
     Refused,
+    /// Stopped by Ctrl-C; it can go on.
+    Interrupted,
+}
+
+impl Ending {
+    /// Exit code of a run that was stopped by Ctrl-C: 128 and the signal's number.
+    const INTERRUPTED: i32 = 130;
 }
 
 impl From<Ending> for ExitCode {
@@ -31,11 +38,12 @@ impl From<Ending> for ExitCode {
             Ending::Done => 0,
             Ending::Unmet => 1,
             Ending::Refused => 2,
+            Ending::Interrupted => Ending::INTERRUPTED as u8,
         })
     }
 }
 
-/// Runs the program; the exit code is 0 for done, 1 for a failed threshold, 2 for bad input or I/O.
+/// Runs the program; the exit code is 0 for done, 1 for a failed threshold, 2 for bad input or I/O, 130 after Ctrl-C.
 pub fn main() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,

@@ -140,7 +140,8 @@ pub fn replay(
     progress: &dyn Progress,
 ) -> Result<run::Outcome, ExperimentError> {
     let scenario = experiment.scenario(&experiment.trial(index)?)?;
-    run::run(&scenario, Until::End, out, progress).map_err(|source| ExperimentError::Run { trial: index, source })
+    run::run(&scenario, Until::End, &run::Manner::default(), out, progress)
+        .map_err(|source| ExperimentError::Run { trial: index, source })
 }
 
 /// Runs the worst trials again, and one of each rate that is to be shown, with pictures.

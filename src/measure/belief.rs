@@ -18,7 +18,7 @@ impl BeliefMetrics {
         let distances: Vec<f64> = (0..PLACES * PLACES)
             .map(|k| Point2::new(place(k % PLACES) * size[0], place(k / PLACES) * size[1]))
             .filter_map(|p| projection.to_surface(&p))
-            .map(|s| (truth.mesh.closest_point(&s.position).position - s.position).norm() * 1e3)
+            .map(|s| (truth.mesh().closest_point(&s.position).position - s.position).norm() * 1e3)
             .collect();
         Self {
             kind: kind.into(),
@@ -48,7 +48,8 @@ mod tests {
             mesh: slab.transformed(&Pose::translation(0.0, 0.0, z)),
             sheet: sheet.clone(),
         };
-        let metrics = BeliefMetrics::of("scan", &TrueCanvas(canvas(0.0)), &BelievedCanvas(canvas(0.002)), [0.2, 0.1]);
+        let metrics =
+            BeliefMetrics::of("scan", &TrueCanvas::nominal(canvas(0.0)), &BelievedCanvas(canvas(0.002)), [0.2, 0.1]);
         for error in [metrics.error_mean_mm, metrics.error_p95_mm, metrics.error_max_mm] {
             assert!((error.unwrap() - 2.0).abs() < 1e-9);
         }

@@ -23,6 +23,7 @@ impl DrawingMetrics {
     /// Figures of the artwork.
     pub fn of(drawing: &Drawing, duration_s: f64) -> Self {
         Self {
+            part: None,
             strokes: drawing.stroke_count(),
             points: drawing.point_count(),
             length_m: drawing.length(),

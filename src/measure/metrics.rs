@@ -64,6 +64,9 @@ pub struct Metrics {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct DrawingMetrics {
+    /// The part of the drawing that was asked for, as `inks=red`; absent of a whole drawing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
     /// Strokes.
     pub strokes: usize,
     /// Points of all strokes.

@@ -10,7 +10,26 @@ use serde::{Deserialize, Serialize};
 pub struct ToolMetrics {
     /// Fetches and returns.
     pub changes: u64,
-    /// Attempts at them.
+    /// Fetches.
+    pub fetches: u64,
+    /// Fetches that were simulated each by itself: copies of one simulation count once.
+    pub fetches_distinct: u64,
+    /// Share of the distinct fetches that worked, with what became of the pen until it was back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub success_rate: Option<f64>,
+    /// Lower end of its 95 % interval (Wilson).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub success_rate_low: Option<f64>,
+    /// Upper end of its 95 % interval (Wilson).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub success_rate_high: Option<f64>,
+    /// Largest jump of a joint where one plant takes over from another, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub handover_jump_rad: Option<f64>,
+    /// Longest time in which all came to rest before a fetch began, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settling_s: Option<f64>,
+    /// Attempts at fetches and returns.
     pub attempts: u64,
     /// Those that worked.
     pub successes: u64,

@@ -102,9 +102,9 @@ fn pictures(page: &Page) -> String {
 fn plots(arm: &ArmRecord, end: f64, metrics: &Metrics) -> String {
     let drawing = || arm.samples.iter().filter(|s| s.segment == SegmentKind::Draw);
     let target = metrics.contact.as_ref().and_then(|c| c.force_target_n);
-    let top = drawing().map(|s| s.normal_force).fold(target.unwrap_or(0.0), f64::max);
+    let top = drawing().filter_map(|s| s.normal_force).fold(target.unwrap_or(0.0), f64::max);
     let mut force = Plot::new(280.0, (0.0, end), (0.0, top * 1.15));
-    force.envelope("force", drawing().map(|s| (s.time, s.normal_force)), 1.5 * arm.sample_period);
+    force.envelope("force", drawing().filter_map(|s| Some((s.time, s.normal_force?))), 1.5 * arm.sample_period);
     if let Some(target) = target {
         force.level(target, &format!("target {target:.2} N"));
     }
@@ -208,7 +208,7 @@ fn figure(x: f64) -> String {
 fn pen_changes(record: &Record) -> String {
     let mut html = String::new();
     for event in &record.events {
-        if let EventKind::PenChanged { ink } = &event.kind {
+        if let EventKind::PenChanged { ink } | EventKind::PenFetched { ink } = &event.kind {
             let arm = record.arms.get(event.arm).map_or("", |a| a.name.as_str());
             let _ = writeln!(
                 html,

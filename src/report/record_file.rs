@@ -25,7 +25,9 @@ pub enum RecordFileError {
 struct Joints<'a> {
     time: f64,
     position: &'a [f64],
-    torque: &'a [f64],
+    velocity: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    torque: Option<&'a [f64]>,
 }
 
 #[derive(Serialize)]
@@ -33,9 +35,12 @@ struct Pen {
     time: f64,
     segment: SegmentKind,
     tip: [f64; 3],
-    desired: [f64; 3],
-    force: [f64; 3],
-    normal_force: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    desired: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    normal_force: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -59,13 +64,17 @@ enum Message<'a> {
 
 /// Writes the samples and events of a record in the order of their simulated time, which is the log time (ns).
 ///
-/// Channels, in JSON: `/arm0/joints` (positions, rad; commanded torques, N m), `/arm0/pen` (tip and wished tip, m,
+/// Channels, in JSON: `/arm0/joints` (positions, rad; speeds, rad/s; acting torques, N m), `/arm0/pen` (tip and desired tip, m,
 /// world; force of the canvas on the pen, N, world; normal force, N), the same for each further arm, and `/events`.
 pub fn write_record<W: Write + Seek>(record: &Record, to: W) -> Result<(), RecordFileError> {
     let options =
         WriteOptions::new().compression(None).library(concat!("calamus ", env!("CARGO_PKG_VERSION"))).profile("");
     let mut writer = Writer::with_options(to, options)?;
-    let joints = schema(&mut writer, "calamus.Joints", &[("position", numbers()), ("torque", numbers())])?;
+    let joints = schema(
+        &mut writer,
+        "calamus.Joints",
+        &[("position", numbers()), ("velocity", numbers()), ("torque", numbers())],
+    )?;
     let pen = schema(
         &mut writer,
         "calamus.Pen",
@@ -114,14 +123,14 @@ pub fn write_record<W: Write + Seek>(record: &Record, to: W) -> Result<(), Recor
         match message {
             Message::Sample(arm, s) => {
                 let (joints, pen) = channels[*arm];
-                let data = Joints { time: s.time, position: &s.q, torque: &s.torque };
+                let data = Joints { time: s.time, position: &s.q, velocity: &s.qd, torque: s.torque.as_deref() };
                 send(joints, *time, &serde_json::to_vec(&data)?)?;
                 let data = Pen {
                     time: s.time,
                     segment: s.segment,
                     tip: s.tip.coords.into(),
-                    desired: s.tip_desired.coords.into(),
-                    force: s.force.into(),
+                    desired: s.tip_desired.map(|p| p.coords.into()),
+                    force: s.force.map(Into::into),
                     normal_force: s.normal_force,
                 };
                 send(pen, *time, &serde_json::to_vec(&data)?)?;
@@ -140,6 +149,9 @@ fn happened(event: &Event) -> Result<Happened<'_>, serde_json::Error> {
         EventKind::Touch => ("touch".into(), None),
         EventKind::Leave => ("leave".into(), None),
         EventKind::PenChanged { ink } => ("pen_changed".into(), Some(ink.as_str())),
+        EventKind::PenFetched { ink } => ("pen_fetched".into(), Some(ink.as_str())),
+        EventKind::PenReturned { ink } => ("pen_returned".into(), Some(ink.as_str())),
+        EventKind::PenLost { ink } => ("pen_lost".into(), Some(ink.as_str())),
     };
     let stroke = event.stroke;
     Ok(Happened {
@@ -196,7 +208,7 @@ mod tests {
         assert!(messages.windows(2).all(|w| w[0].log_time <= w[1].log_time));
         let pen = messages.iter().filter(|m| m.channel.topic == "/arm0/pen").nth(7).unwrap();
         let value: serde_json::Value = serde_json::from_slice(&pen.data).unwrap();
-        assert_eq!(value["normal_force"].as_f64(), Some(record.arms[0].samples[7].normal_force));
+        assert_eq!(value["normal_force"].as_f64(), record.arms[0].samples[7].normal_force);
         assert_eq!(pen.log_time, (record.arms[0].samples[7].time * 1e9).round() as u64);
     }
 

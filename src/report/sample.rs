@@ -17,11 +17,12 @@ pub(super) fn record() -> Record {
             time,
             segment: if drawing { SegmentKind::Draw } else { SegmentKind::Travel },
             q: (0..7).map(|j| 0.3 * f64::from(j) + 0.1 * (time * 0.2 + f64::from(j)).sin()).collect(),
-            torque: vec![1.0; 7],
+            qd: vec![0.0; 7],
+            torque: Some(vec![1.0; 7]),
             tip: Point3::new(0.6, 0.01 * time, 0.2),
-            tip_desired: Point3::new(0.6, 0.01 * time, 0.197),
-            force: Vector3::new(0.0, 0.0, normal_force),
-            normal_force,
+            tip_desired: Some(Point3::new(0.6, 0.01 * time, 0.197)),
+            force: Some(Vector3::new(0.0, 0.0, normal_force)),
+            normal_force: Some(normal_force),
         }
     };
     let stroke = |index: u32| {

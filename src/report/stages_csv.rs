@@ -35,10 +35,6 @@ pub struct StagesOf<'a> {
     pub arm: &'a str,
     /// Name of the ink.
     pub ink: &'a str,
-    /// Index of the dock.
-    pub dock: usize,
-    /// When it began, s.
-    pub start: f64,
     /// What happened.
     pub record: &'a ChangeRecord,
 }
@@ -47,7 +43,8 @@ pub struct StagesOf<'a> {
 pub fn stages_csv<'a>(changes: impl IntoIterator<Item = StagesOf<'a>>) -> String {
     let mut text =
         String::from("arm,ink,dock,change,attempts,stage,time_s,x_mm,y_mm,z_mm,roll_deg,pitch_deg,yaw_deg\n");
-    for StagesOf { arm, ink, dock, start, record } in changes {
+    for StagesOf { arm, ink, record } in changes {
+        let (dock, start) = (record.place.dock, record.start);
         let order = match record.order {
             Order::Pick => "fetch",
             Order::Return => "return",

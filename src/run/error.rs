@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::artwork::ArtworkError;
 use crate::camera::ScanError;
 use crate::diagnostic::ConfigError;
+use crate::exec::{ExecError, JournalError};
 use crate::ink::InkError;
 use crate::mesh::{MeshError, MeshFileError};
 use crate::picture::PictureError;
@@ -13,10 +14,10 @@ use crate::render::RenderError;
 use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
 use crate::scenario::ScenarioError;
+use crate::skill::{KitError, PolicyError};
 use crate::surface::{FlattenError, MapError, SceneError};
 use crate::truth::TruthError;
 use crate::twin::TwinError;
-use crate::twin::grasp::GraspError;
 
 /// Why a run couldn't be done. Each says in one line what is wrong and what would be right.
 #[derive(Debug, thiserror::Error)]
@@ -66,30 +67,37 @@ pub enum RunError {
         /// Why not.
         source: MeshError,
     },
-    /// A tool doesn't go into the hand.
-    #[error(
-        "the pen tool is {width_mm:.1} mm wide, more than the open hand's {widest_mm:.1} mm less 6 mm of room; make it narrower"
-    )]
-    TooWide {
-        /// Width of the tool, mm.
-        width_mm: f64,
-        /// Room between the fingers, mm.
-        widest_mm: f64,
-    },
+    /// An arm can't change tools.
+    #[error(transparent)]
+    Kit(#[from] KitError),
     /// A tool or a dock makes no solid.
     #[error("the pen tool: {0}")]
     Tool(#[source] MeshError),
-    /// A hand can't stand before a dock.
-    #[error("dock {dock} of arm {arm} is out of its reach: no posture puts the open hand before it; move the dock")]
-    DockOutOfReach {
-        /// Name of the arm.
-        arm: String,
-        /// Index of the dock.
-        dock: usize,
+    /// The next task can't be found.
+    #[error(transparent)]
+    Policy(#[from] PolicyError),
+    /// The run can't go on.
+    #[error(transparent)]
+    Exec(#[from] ExecError),
+    /// What is done can't be kept.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// A part of the drawing is asked for by an ink that it hasn't.
+    #[error("the drawing has no ink {ink}, but {inks}")]
+    NoSuchInk {
+        /// The ink asked for.
+        ink: String,
+        /// Those that there are.
+        inks: String,
     },
-    /// Only a whole run has tool changes.
-    #[error("the times of tool changes are known only when they are simulated: use `calamus run` with `[tools]`")]
-    WithTools,
+    /// A part of the drawing has nothing in it.
+    #[error("{part}: none of the drawing's {strokes} strokes is in this part")]
+    NothingInPart {
+        /// The part.
+        part: String,
+        /// Strokes of the drawing.
+        strokes: usize,
+    },
     /// No arm that is to draw has a gripper.
     #[error("`[tools]` needs arms with a gripper, and {robot} has none that draws; give it `[arm.gripper]`")]
     NoGripper {
@@ -121,14 +129,6 @@ pub enum RunError {
         arm: String,
         /// Names of those that draw.
         arms: String,
-    },
-    /// The physics of a grasp broke.
-    #[error("a tool change of arm {arm}: {source}")]
-    Grasp {
-        /// Name of the arm.
-        arm: String,
-        /// Why.
-        source: GraspError,
     },
     /// Two arms would come too near to each other.
     #[error(
@@ -166,21 +166,6 @@ pub enum RunError {
     /// The cloud can't be read.
     #[error(transparent)]
     Cloud(#[from] MeshFileError),
-    /// Probes found no canvas.
-    #[error(
-        "none of {probes} probes met the canvas between {} and {} mm over the sheet; widen `touch.range_mm`",
-        range_mm[0],
-        range_mm[1]
-    )]
-    NothingMet {
-        /// Probes made.
-        probes: usize,
-        /// Where they sought, mm over the sheet's plane.
-        range_mm: [f64; 2],
-    },
-    /// The touched heights make no surface.
-    #[error("touched heights make no surface: {0}")]
-    Touched(MeshError),
     /// A canvas known by touch alone has neither map nor plan before it is drawn on.
     #[error("with `belief = \"touch\"` the drawing is mapped and planned while it is drawn: run it to the end")]
     WhileDrawing,

@@ -1,34 +1,24 @@
 //! A scenario's settings in the terms of the stages: SI units.
-use crate::control::{Controller, ImpedanceController, ImpedanceOptions, LawKind, PositionController, PositionOptions};
+use crate::control::{ImpedanceOptions, LawKind, LawOptions, PositionOptions};
 use crate::pen::LayerPen;
-use crate::pen::PenModel;
 use crate::plan::{PlanOptions, PressDepths};
-use crate::robot::ArmModel;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ToolSettings, TouchSettings};
+use crate::skill::{GripperOptions, TouchOptions};
+use crate::truth::{ErrorRanges, GripperTruth, TruthSpec};
 use crate::twin::TwinOptions;
 
-/// Widths for which a pen's press depth is worked out; between them it is interpolated.
-const WIDTHS: usize = 16;
-
-/// How deep each layer's pen is pressed: as the scenario says, and for a wished width as the pen's force for it asks,
-/// `delta = f / k` (eq. 6.1).
+/// How deep each layer's pen is pressed: as the scenario says, and for a desired width as the pen's force for it asks.
 fn press_depths(s: &Scenario, pens: &[LayerPen]) -> PressDepths {
-    let table = |pen: &PenModel| -> Vec<(f64, f64)> {
-        let [low, high] = pen.force_range();
-        let speed = s.control.speed_mm_s * 1e-3;
-        let [narrow, wide] = [low, high].map(|force| pen.line_width(force, speed));
-        let widths = (0..WIDTHS).map(|i| narrow + (wide - narrow) * i as f64 / (WIDTHS - 1) as f64);
-        // a stiff arm leaves all of the give to the nib
-        let stiffness = match s.control.law {
-            LawKind::Impedance => s.control.stiffness_n_m[2],
-            LawKind::Position => pen.spring.stiffness,
-        };
-        let mut depths: Vec<_> = widths.map(|w| (w, pen.force_for_width(w, speed) / stiffness)).collect();
-        // a pen whose line hardly changes has fewer widths than that
-        depths.dedup_by(|b, a| b.0 <= a.0);
-        depths
+    let speed = s.control.speed_mm_s * 1e-3;
+    // a stiff arm leaves all of the give to the nib
+    let stiffness = |pen: &LayerPen| match s.control.law {
+        LawKind::Impedance => s.control.stiffness_n_m[2],
+        LawKind::Position => pen.pen.spring.stiffness,
     };
-    PressDepths { default: s.pen.press_depth_mm * 1e-3, layers: pens.iter().map(|p| table(&p.pen)).collect() }
+    PressDepths {
+        default: s.pen.press_depth_mm * 1e-3,
+        layers: pens.iter().map(|p| PressDepths::by_width(&p.pen, stiffness(p), speed)).collect(),
+    }
 }
 
 /// Settings of the planner.
@@ -50,18 +40,15 @@ pub(super) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
     }
 }
 
-/// The controller of an arm, which believes the arm to be `model`.
-pub(super) fn controller(s: &Scenario, model: &ArmModel) -> Controller {
+/// The law that moves the arms.
+pub(super) fn law(s: &Scenario) -> LawOptions {
     match s.control.law {
-        LawKind::Impedance => ImpedanceController::new(model.clone(), impedance_options(s)).into(),
-        LawKind::Position => {
-            let options = PositionOptions {
-                frequency: s.control.position_hz * std::f64::consts::TAU,
-                torque_rate: s.control.torque_rate_nm_ms * 1e3,
-                ..Default::default()
-            };
-            PositionController::new(model.clone(), options).into()
-        }
+        LawKind::Impedance => LawOptions::Impedance(impedance_options(s)),
+        LawKind::Position => LawOptions::Position(PositionOptions {
+            frequency: s.control.position_hz * std::f64::consts::TAU,
+            torque_rate: s.control.torque_rate_nm_ms * 1e3,
+            ..Default::default()
+        }),
     }
 }
 
@@ -89,5 +76,60 @@ pub(super) fn twin_options(s: &Scenario) -> TwinOptions {
         delay: s.control.delay_ms * 1e-3,
         seed: s.seed,
         ..Default::default()
+    }
+}
+
+/// Settings of drawing by touch.
+pub(super) fn touch_options(s: &Scenario, touch: &TouchSettings) -> TouchOptions {
+    TouchOptions {
+        range: touch.range_mm.map(|mm| mm * 1e-3),
+        probes: touch.probes as usize,
+        probe_speed: touch.probe_speed_mm_s * 1e-3,
+        contact_force: touch.contact_n,
+        piece: touch.piece_mm * 1e-3,
+        clearance: touch.clearance_mm * 1e-3,
+        seek: touch.seek_mm * 1e-3,
+        step: s.plan.step_mm * 1e-3,
+    }
+}
+
+/// How the design of pen tools is changed, and how often a change is tried.
+pub(super) fn gripper_options(tools: &ToolSettings) -> GripperOptions {
+    GripperOptions {
+        plates: tools.plates,
+        bevels: tools.bevels,
+        finger_friction: tools.finger_friction,
+        dock_friction: tools.dock_friction,
+        plate_gap: tools.plate_gap_mm.map(|mm| mm * 1e-3),
+        bevel: tools.bevel_deg.map(f64::to_radians),
+        attempts: tools.attempts,
+    }
+}
+
+/// How truth may differ from belief; `friction` is that of the canvas.
+pub(super) fn truth_spec(s: &Scenario, friction: f64) -> TruthSpec {
+    let tools = s.tools.clone().unwrap_or_default();
+    let docks = ErrorRanges {
+        xy: tools.dock_xy_mm * 1e-3,
+        z: tools.dock_z_mm * 1e-3,
+        tilt: tools.dock_tilt_deg.to_radians(),
+        yaw: tools.dock_yaw_deg.to_radians(),
+    };
+    TruthSpec {
+        canvas: s.truth.options(),
+        friction,
+        compliance: s.truth.compliance_mm_n * 1e-3,
+        gripper: GripperTruth {
+            docks: docks.scaled(tools.error_scale),
+            hand_place: tools.hand_mm * 1e-3,
+            hand_angle: tools.hand_deg.to_radians(),
+            friction_spread: tools.friction_spread,
+            mass_spread: tools.mass_spread,
+            strength_spread: tools.strength_spread,
+            force_noise: tools.force_noise_n,
+            finger_noise: tools.finger_noise_deg.to_radians(),
+            repeatability: tools.repeatability_mm * 1e-3,
+        },
+        seed: s.seed,
     }
 }

@@ -3,6 +3,9 @@ use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
 
+use super::RunError;
+use super::products::Written;
+use super::setup::Setup;
 use crate::drawing::Drawing;
 use crate::ink::{RasterOptions, rasterise};
 use crate::measure::RenderMetrics;
@@ -11,15 +14,13 @@ use crate::progress::Progress;
 use crate::render::{ArmVisuals, Framing, Item, Material, RenderError, RenderScene, Renderer, Ribbons, View};
 use crate::report::OutputDir;
 use crate::robot::{ArmModel, JointVector};
-use crate::run::cast::Cast;
-use crate::run::{RunError, Written};
 use crate::scenario::{Camera, RenderSettings};
 use crate::twin::Record;
 
-/// What a scene has besides what is cast.
+/// What a scene has besides what a run begins with.
 #[derive(Default)]
 pub(super) struct Extra {
-    /// The drawing arms as they end, where they aren't as cast.
+    /// The drawing arms as they end, where they aren't as they began.
     pub models: Vec<ArmModel>,
     /// More to see.
     pub items: Vec<Item>,
@@ -28,7 +29,7 @@ pub(super) struct Extra {
 /// Writes `drawing.png` and `view-NAME.png`s; without an adapter the views are absent and the figures say why.
 pub(super) fn pictures(
     settings: &RenderSettings,
-    cast: &Cast,
+    setup: &Setup,
     extra: &Extra,
     record: &Record,
     out: &OutputDir,
@@ -39,7 +40,7 @@ pub(super) fn pictures(
     let names: Vec<&str> =
         settings.views.iter().map(String::as_str).chain(settings.cameras.iter().map(|c| c.name.as_str())).collect();
     progress.stage("pictures", Some(1 + names.len() as u64));
-    let d = &cast.drawing;
+    let d = &setup.drawing;
     let [width, height] = page(d);
     let options = RasterOptions::with_long_side(width, height, settings.drawing_px);
     let flat = rasterise(&record.ink, &options)?;
@@ -51,7 +52,7 @@ pub(super) fn pictures(
         match Renderer::new() {
             Ok(renderer) => {
                 metrics.adapter = Some(renderer.adapter().to_string());
-                let (scene, framing) = stage(cast, extra, record);
+                let (scene, framing) = stage(setup, extra, record);
                 let scene = renderer.prepare(&scene)?;
                 for (i, name) in names.iter().enumerate() {
                     let view = match settings.cameras.iter().find(|c| c.name == *name) {
@@ -97,7 +98,7 @@ fn own_view(camera: &Camera, [width_px, height_px]: [u32; 2]) -> View {
 
 /// Pictures of instants: each with its name, its caption, what is to be seen besides canvas and furniture, and from where.
 pub(super) fn stages<'a>(
-    cast: &Cast,
+    setup: &Setup,
     views: impl Iterator<Item = (&'a str, &'a str, &'a Vec<Item>, &'a View)>,
     out: &OutputDir,
     written: &mut Written,
@@ -110,9 +111,9 @@ pub(super) fn stages<'a>(
     };
     for (name, caption, items, view) in views {
         let mut scene = RenderScene { items: items.clone(), floor: Some(0.0), ..RenderScene::default() };
-        scene.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
-        scene.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(cast.scene.color)));
-        for f in &cast.scene.furniture {
+        scene.items.extend(setup.cell.furniture.iter().map(Item::from_visual));
+        scene.items.push(Item::from_mesh(setup.truth.canvas().mesh(), Material::paper(setup.scene.color)));
+        for f in &setup.scene.furniture {
             scene.items.push(Item::from_mesh(&f.mesh, Material::furniture(f.color)));
         }
         let back = view.eye - view.target;
@@ -125,11 +126,11 @@ pub(super) fn stages<'a>(
 }
 
 /// The scene at the end of the run, and what cameras have to frame.
-fn stage(cast: &Cast, extra: &Extra, record: &Record) -> (RenderScene, Framing) {
-    let scene = &cast.scene;
+fn stage(setup: &Setup, extra: &Extra, record: &Record) -> (RenderScene, Framing) {
+    let scene = &setup.scene;
     let mut scenery = RenderScene::default();
     let mut landmarks = Vec::new();
-    for (i, (arm, done)) in cast.cell.arms.iter().zip(&record.arms).enumerate() {
+    for (i, (arm, done)) in setup.cell.arms.iter().zip(&record.arms).enumerate() {
         let model = extra.models.get(i).unwrap_or(&arm.model);
         let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
         scenery.items.extend(ArmVisuals::new(model).items(model.kinematics(&q).world_from_links()));
@@ -139,12 +140,12 @@ fn stage(cast: &Cast, extra: &Extra, record: &Record) -> (RenderScene, Framing) 
         landmarks.extend(k.world_from_links()[1..=middle].iter().map(|p| Point3::from(p.translation.vector)));
     }
     scenery.items.extend(extra.items.iter().cloned());
-    for arm in &cast.standing {
+    for arm in &setup.parked {
         let k = arm.model.kinematics(&arm.service);
         scenery.items.extend(ArmVisuals::new(&arm.model).items(k.world_from_links()));
     }
-    scenery.items.extend(cast.cell.furniture.iter().map(Item::from_visual));
-    scenery.items.push(Item::from_mesh(&cast.truth.mesh, Material::paper(scene.color)));
+    scenery.items.extend(setup.cell.furniture.iter().map(Item::from_visual));
+    scenery.items.push(Item::from_mesh(setup.truth.canvas().mesh(), Material::paper(scene.color)));
     let (low, high) = scenery.bounds().unwrap_or((Point3::origin(), Point3::origin()));
     for f in &scene.furniture {
         scenery.items.push(Item::from_mesh(&f.mesh, Material::furniture(f.color)));
@@ -154,8 +155,8 @@ fn stage(cast: &Cast, extra: &Extra, record: &Record) -> (RenderScene, Framing) 
     let framing = Framing {
         bounds: (low, high),
         landmarks,
-        world_from_sheet: cast.truth.sheet.world_from_sheet,
-        sheet: [cast.drawing.width, cast.drawing.height],
+        world_from_sheet: setup.truth.canvas().sheet().world_from_sheet,
+        sheet: [setup.drawing.width, setup.drawing.height],
     };
     scenery.facing = framing.facing();
     (scenery, framing)

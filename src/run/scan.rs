@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use nalgebra::{Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::{RunError, Written};
+use super::RunError;
+use super::products::Written;
+use super::setup::Setup;
 use crate::camera::{DepthCamera, ScanError, ScanOptions, Viewpoint, Viewpoints, scan_canvas};
 use crate::math::Pose;
 use crate::measure::BeliefMetrics;
@@ -13,7 +15,6 @@ use crate::reconstruct::{MeshingOptions, ScanReport, from_cloud, skirt};
 use crate::report::OutputDir;
 use crate::scenario::{ScanPose, ScanSettings};
 use crate::surface::BelievedCanvas;
-use crate::truth::TrueCanvas;
 
 /// What a scan left.
 pub(super) struct Scan {
@@ -24,15 +25,12 @@ pub(super) struct Scan {
 }
 
 impl Scan {
-    /// Scans the true canvas, among `furniture`, for a drawing of `size` (m), or takes the cloud that the settings name.
-    pub fn make(
-        settings: &ScanSettings,
-        truth: &TrueCanvas,
-        furniture: &[TriMesh],
-        size: [f64; 2],
-        seed: u64,
-    ) -> Result<(BelievedCanvas, Self), RunError> {
+    /// Scans the canvas among the furniture for the drawing, or takes the cloud that the settings name.
+    pub fn make(settings: &ScanSettings, setup: &Setup, seed: u64) -> Result<(BelievedCanvas, Self), RunError> {
         let started = Instant::now();
+        let truth = setup.truth.canvas();
+        let furniture: Vec<TriMesh> = setup.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+        let size = [setup.drawing.width, setup.drawing.height];
         let file = settings.cloud.as_ref().map(PathBuf::from);
         let made = match &file {
             Some(file) => {
@@ -40,9 +38,9 @@ impl Scan {
                 if let Some(pose) = settings.pose {
                     place(&mut cloud, pose);
                 }
-                from_cloud(&cloud, &truth.name, &truth.sheet, size, &meshing(settings)).map_err(ScanError::from)
+                from_cloud(&cloud, truth.name(), truth.sheet(), size, &meshing(settings)).map_err(ScanError::from)
             }
-            None => scan_canvas(truth, furniture, &truth.sheet, size, &options(settings), seed),
+            None => scan_canvas(truth, &furniture, truth.sheet(), size, &options(settings), seed),
         };
         let (belief, report) = made.map_err(|source| RunError::Scan { cloud: file, source })?;
         let seconds = started.elapsed().as_secs_f64();

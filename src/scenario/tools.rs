@@ -56,6 +56,8 @@ pub struct ToolSettings {
     pub force_noise_n: f64,
     /// Standard deviation of each finger angle that is read, degrees.
     pub finger_noise_deg: f64,
+    /// Pose repeatability of the arms (ISO 9283), mm: each approach to a dock is off by a displacement of its own.
+    pub repeatability_mm: f64,
     /// A fault on purpose: so long after a pen was fetched the fingers open by mistake, s. Pens are then held by friction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open_after_s: Option<f64>,
@@ -96,6 +98,7 @@ impl Default for ToolSettings {
             strength_spread: 0.0,
             force_noise_n: 0.0,
             finger_noise_deg: 0.0,
+            repeatability_mm: 0.03,
             open_after_s: None,
             plates: true,
             bevels: true,
@@ -124,6 +127,7 @@ pub(super) fn check_tools(tools: &ToolSettings, check: &Check) -> Result<(), Sce
         ("tools.strength_spread", tools.strength_spread, 0.0, 0.9),
         ("tools.force_noise_n", tools.force_noise_n, 0.0, 50.0),
         ("tools.finger_noise_deg", tools.finger_noise_deg, 0.0, 20.0),
+        ("tools.repeatability_mm", tools.repeatability_mm, 0.0, 5.0),
         ("tools.open_after_s", tools.open_after_s.unwrap_or(0.0), 0.0, 1e6),
         ("tools.finger_friction", tools.finger_friction.unwrap_or(0.0), 0.0, 2.0),
         ("tools.dock_friction", tools.dock_friction.unwrap_or(0.0), 0.0, 2.0),

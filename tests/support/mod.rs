@@ -1,15 +1,17 @@
 //! What several tests of the physics need: the robot, exact inverse kinematics, and plans written by hand.
 #![allow(dead_code)]
-use calamus::control::{Controller, ImpedanceController, ImpedanceOptions};
+use std::sync::Arc;
+
+use calamus::control::{ImpedanceOptions, LawOptions};
 use calamus::math::{Pose, Rgb, frame_from_axes, rotation_vector};
 use calamus::mesh::TriMesh;
 use calamus::pen::LayerPen;
 use calamus::pen::PenModel;
-use calamus::plan::{ArmPlan, DepthProfile, Knot, Plan, Segment, SegmentKind, Trajectory};
+use calamus::plan::{DepthProfile, Knot, Segment, SegmentKind, Trajectory};
 use calamus::robot::{ArmModel, JointVector, UrdfOptions, urdf};
 use calamus::surface::{Canvas, Mapping, SheetFrame};
 use calamus::truth::TrueCanvas;
-use calamus::twin::{Record, Surroundings, TwinArm, TwinOptions, simulate};
+use calamus::twin::{ArmSetup, Record, TrueScene, TwinOptions, simulate};
 use nalgebra::{Point2, Point3, Vector3, Vector6};
 
 /// Exact inverse kinematics by Newton's method with the least joint motion from `q0`.
@@ -79,7 +81,7 @@ impl Mapping for FromAbove {
 
 /// A true canvas without a sheet.
 pub fn canvas(mesh: TriMesh) -> TrueCanvas {
-    TrueCanvas(Canvas { name: "test".into(), mesh, sheet: SheetFrame { world_from_sheet: Pose::identity() } })
+    TrueCanvas::nominal(Canvas { name: "test".into(), mesh, sheet: SheetFrame { world_from_sheet: Pose::identity() } })
 }
 
 /// Runs hand-written segments on a true arm (which the controller may believe to be another).
@@ -92,24 +94,33 @@ pub fn run(
     canvas: &TrueCanvas,
     options: &TwinOptions,
 ) -> Record {
-    run_by(truth, ImpedanceController::new(belief.clone(), control).into(), start, segments, canvas, options)
+    run_by([truth, belief], LawOptions::Impedance(control), start, segments, canvas, options)
 }
 
-/// The same by any controller.
+/// The same by any law; the arm is the first of `arms`, and believes itself to be the second.
 pub fn run_by(
-    truth: &ArmModel,
-    controller: Controller,
+    arms: [&ArmModel; 2],
+    law: LawOptions,
     start: JointVector,
     segments: Vec<Segment>,
     canvas: &TrueCanvas,
     options: &TwinOptions,
 ) -> Record {
+    simulate(setup(arms, start), &segments, &scene(canvas), law, options).expect("the simulation runs")
+}
+
+/// An arm with a black pen; it is the first of `arms`, and believes itself to be the second.
+pub fn setup([model, believed]: [&ArmModel; 2], start: JointVector) -> ArmSetup {
+    let (model, believed, colors) = (model.clone(), believed.clone(), vec![Rgb([0; 3])]);
+    ArmSetup { index: 0, model, believed, start, layer: 0, gripper: None, colors }
+}
+
+/// A canvas seen from above, and a fineliner.
+pub fn scene(canvas: &TrueCanvas) -> Arc<TrueScene> {
     let pen = PenModel::named("fineliner_08").expect("a known pen");
-    let arm = TwinArm { model: truth.clone(), controller, start };
-    let plan = Plan { arms: vec![ArmPlan { arm: 0, segments }] };
-    let pens = [LayerPen { pen, ink: "black".into() }];
-    let world = Surroundings { canvas, friction: 0.3, compliance: 0.0, mapping: &FromAbove, pens: &pens };
-    simulate(vec![arm], &plan, &world, &[Rgb([0, 0, 0])], options, &mut |_| ()).expect("the simulation runs")
+    let pens = vec![LayerPen { pen, ink: "black".into() }];
+    let mapping = Box::new(FromAbove);
+    Arc::new(TrueScene { canvas: canvas.clone(), friction: 0.3, compliance: 0.0, mapping, pens })
 }
 
 /// A smooth rise from 0 to 1 over `[0, 1]` with no speed or acceleration at its ends.

@@ -12,7 +12,7 @@ const DAMPING_PERIOD: u64 = 10;
 const FRICTION_SPEED: f64 = 0.002;
 
 /// What the joint sensors tell.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeasuredState {
     /// Joint positions, rad.
     pub q: JointVector,
@@ -21,7 +21,7 @@ pub struct MeasuredState {
 }
 
 /// What is wished at this instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
     /// Joint positions, rad; the tip's set point is where they put it.
     pub q: JointVector,
@@ -41,7 +41,7 @@ impl Reference {
 }
 
 /// How the set point is pressed into the canvas, which the pen's tip can't follow.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Press {
     /// Force with which the pen is expected to press, N; 0 in the air.
     pub expected_force: f64,
@@ -68,7 +68,7 @@ pub struct TorqueCommand {
 }
 
 /// The controller of one arm: the robot's own model, settings, and what it remembers from step to step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ImpedanceController {
     model: ArmModel,
     options: ImpedanceOptions,

@@ -1,7 +1,9 @@
 //! The law that moves an arm: one of two.
 use nalgebra::Point3;
 
-use crate::control::{ImpedanceController, MeasuredState, PositionController, Reference, TorqueCommand};
+use crate::control::{
+    ImpedanceController, ImpedanceOptions, MeasuredState, PositionController, PositionOptions, Reference, TorqueCommand,
+};
 use crate::robot::{ArmModel, Kinematics};
 
 /// Which law moves the arm.
@@ -16,7 +18,7 @@ pub enum LawKind {
 }
 
 /// The controller of one arm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Controller {
     /// Cartesian impedance.
@@ -56,6 +58,25 @@ impl Controller {
         match self {
             Self::Impedance(c) => c.options().stiffness[2],
             Self::Position(c) => 1.0 / (1.0 / nib + 1.0 / c.pen_stiffness()),
+        }
+    }
+}
+
+/// Which law, and its settings.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LawOptions {
+    /// Cartesian impedance.
+    Impedance(ImpedanceOptions),
+    /// Joint positions.
+    Position(PositionOptions),
+}
+
+impl LawOptions {
+    /// The controller of an arm that believes itself to be `model`.
+    pub fn controller(&self, model: ArmModel) -> Controller {
+        match self {
+            Self::Impedance(options) => ImpedanceController::new(model, options.clone()).into(),
+            Self::Position(options) => PositionController::new(model, options.clone()).into(),
         }
     }
 }

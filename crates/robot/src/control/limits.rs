@@ -3,7 +3,7 @@ use crate::control::TorqueCommand;
 use crate::robot::{ArmModel, JointVector};
 
 /// Holds torques within effort and rate limits; it remembers the last torques.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct TorqueLimits {
     last: Option<JointVector>,
 }

@@ -9,6 +9,6 @@ mod position;
 
 pub use damping::design_damping;
 pub use impedance::{ImpedanceController, MeasuredState, Press, Reference, TorqueCommand};
-pub use law::{Controller, LawKind};
+pub use law::{Controller, LawKind, LawOptions};
 pub use options::ImpedanceOptions;
 pub use position::{PositionController, PositionOptions};

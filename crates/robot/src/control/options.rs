@@ -4,7 +4,7 @@
 ///
 /// The defaults are the gains that the drawing robot of the dissertation's laboratory used with its iiwa (daeunSong,
 /// iiwa_examples, BSD: 1500 N/m across the pen, 350 N/m along it, 300 N m/rad, damping ratio 0.7).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ImpedanceOptions {
     /// Translational stiffness along x, y, z of the pen frame, N/m.
     pub stiffness: [f64; 3],

@@ -9,7 +9,7 @@ use crate::robot::{ArmModel, JointVector, Kinematics};
 const STIFFNESS_PERIOD: u64 = 10;
 
 /// Gains and limits of joint position control.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PositionOptions {
     /// Natural frequency of every joint's error, rad/s.
     pub frequency: f64,
@@ -27,7 +27,7 @@ impl Default for PositionOptions {
 }
 
 /// The position controller of one arm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct PositionController {
     model: ArmModel,
     options: PositionOptions,

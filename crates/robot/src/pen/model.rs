@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::diagnostic::{self, ConfigError};
 
 /// How a soft nib meets the canvas, which sets the exponent of contact width in force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TipShape {
     /// A rounded tip: contact radius as force to the 1/3 (Hertz; Johnson, *Contact Mechanics*, 1985, eq. 4.22).
@@ -19,7 +19,7 @@ pub enum TipShape {
 }
 
 /// The nib as a contact spring, for the physics.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NibSpring {
     /// Normal stiffness `k`, N/m.
     pub stiffness: f64,
@@ -40,7 +40,7 @@ pub struct NibSpring {
 const SLOWEST: f64 = 1e-3;
 
 /// A kind of pen. Lengths in m, forces in N, speeds in m/s, volumes in m^3.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PenModel {
     /// Name, as in scenarios.
     pub name: String,
@@ -85,7 +85,7 @@ pub struct PenModel {
 }
 
 /// How a nib dries that is neither capped nor drawing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Drying {
     /// Time in the open after which its line begins to fade, s.
     pub open: f64,

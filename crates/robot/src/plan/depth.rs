@@ -1,4 +1,5 @@
 //! Press depth: how deep for which width of line, along a stroke, and over time.
+use crate::pen::PenModel;
 use crate::plan::JointSpline;
 use crate::robot::JointVector;
 
@@ -12,7 +13,21 @@ pub struct PressDepths {
     pub layers: Vec<Vec<(f64, f64)>>,
 }
 
+/// Widths for which a pen's press depth is worked out; between them it is interpolated.
+const WIDTHS: usize = 16;
+
 impl PressDepths {
+    /// Depths (m) of lines of rising width (m) that a pen draws at `speed` (m/s): as its force for a width asks of a spring of
+    /// `stiffness` (N/m), `delta = f / k` (eq. 6.1).
+    pub fn by_width(pen: &PenModel, stiffness: f64, speed: f64) -> Vec<(f64, f64)> {
+        let [narrow, wide] = pen.force_range().map(|force| pen.line_width(force, speed));
+        let widths = (0..WIDTHS).map(|i| narrow + (wide - narrow) * i as f64 / (WIDTHS - 1) as f64);
+        let mut depths: Vec<_> = widths.map(|w| (w, pen.force_for_width(w, speed) / stiffness)).collect();
+        // a pen whose line hardly changes has fewer widths than that
+        depths.dedup_by(|b, a| b.0 <= a.0);
+        depths
+    }
+
     /// One depth, m, for all lines.
     pub fn constant(depth: f64) -> Self {
         Self { default: depth, layers: Vec::new() }
@@ -91,7 +106,7 @@ pub(crate) fn limit_slope(s: &[f64], depths: &mut [f64], slope: f64) {
 const SWEEPS: usize = 300;
 
 /// Press depth at an instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DepthSample {
     /// Depth, m.
     pub depth: f64,
@@ -102,7 +117,7 @@ pub struct DepthSample {
 }
 
 /// Press depth over a segment's time.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DepthProfile {
     knots: Vec<(f64, DepthSample)>,
 }

@@ -108,7 +108,19 @@ fn planned(
     o: &PlanOptions,
 ) -> Planned {
     let mut heard = Vec::new();
-    let result = plan(0, arm, home, home, drawing, canvas, &[], o, &mut |p| heard.push(p));
+    let result = plan(
+        &PlanJob {
+            arm_index: 0,
+            arm: arm,
+            home: home,
+            service: home,
+            drawing: drawing,
+            canvas: canvas,
+            obstacles: &[],
+        },
+        o,
+        &mut |p| heard.push(p),
+    );
     assert!(heard.windows(2).all(|w| w[1] >= w[0]) && heard.last().is_none_or(|p| *p <= 1.0));
     result.unwrap_or_else(|e| panic!("{e}"))
 }
@@ -249,7 +261,19 @@ fn what_can_not_be_reached_is_named_and_the_rest_drawn_on_request() {
         line(50, (1.0, 0.0), (1.05, 0.0)),
     ];
     let drawing = laid(&canvas, &[strokes]);
-    let refused = plan(0, &arm, &home, &home, &drawing, &canvas, &[], &PlanOptions::default(), &mut |_| ());
+    let refused = plan(
+        &PlanJob {
+            arm_index: 0,
+            arm: &arm,
+            home: &home,
+            service: &home,
+            drawing: &drawing,
+            canvas: &canvas,
+            obstacles: &[],
+        },
+        &PlanOptions::default(),
+        &mut |_| (),
+    );
     let Err(PlanError::Unreachable { report }) = refused else { panic!("not refused: {:?}", refused.map(|p| p.reach)) };
     assert_eq!(report.unreachable.iter().map(|u| u.stroke).collect::<Vec<_>>(), vec![1, 2]);
     assert_eq!((report.unreachable[1].first, report.unreachable[1].last), (0, 50));
@@ -276,8 +300,20 @@ fn travel_goes_round_furniture() {
     let mut away = home;
     away[3] -= 0.17;
     away[1] -= 0.4;
-    let p = plan(0, &arm, &away, &away, &drawing, &canvas, std::slice::from_ref(&obstacle), &o, &mut |_| ())
-        .unwrap_or_else(|e| panic!("{e}"));
+    let p = plan(
+        &PlanJob {
+            arm_index: 0,
+            arm: &arm,
+            home: &away,
+            service: &away,
+            drawing: &drawing,
+            canvas: &canvas,
+            obstacles: std::slice::from_ref(&obstacle),
+        },
+        &o,
+        &mut |_| (),
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     assert!(p.statistics.travels_raised + p.statistics.travels_searched > 0, "{:?}", p.statistics);
     let obstacles = [obstacle];
     let surroundings = Surroundings::new(&arm, &canvas.mesh, &obstacles, &o);
@@ -296,7 +332,21 @@ fn poses_and_options_that_make_no_sense_are_refused_with_numbers() {
     let canvas = wall();
     let drawing = laid(&canvas, &[vec![line(20, (0.0, 0.0), (0.02, 0.0))]]);
     let attempt = |home: &JointVector, o: &PlanOptions| {
-        plan(0, &arm, home, home, &drawing, &canvas, &[], o, &mut |_| ()).map(|_| ()).map_err(|e| e.to_string())
+        plan(
+            &PlanJob {
+                arm_index: 0,
+                arm: &arm,
+                home: home,
+                service: home,
+                drawing: &drawing,
+                canvas: &canvas,
+                obstacles: &[],
+            },
+            o,
+            &mut |_| (),
+        )
+        .map(|_| ())
+        .map_err(|e| e.to_string())
     };
     let mut far = home;
     far[1] = 2.5;

@@ -130,28 +130,35 @@ struct Solved {
     way: Vec<Waypoint>,
 }
 
-/// Plans all of `drawing` for arm number `arm_index` of the cell.
+/// What is to be planned: a drawing, and the arm that draws it.
+#[derive(Clone, Copy)]
+pub struct PlanJob<'a> {
+    /// Number of the arm in the cell.
+    pub arm_index: usize,
+    /// The arm as it believes itself to be.
+    pub arm: &'a ArmModel,
+    /// Where it starts at rest, with the first ink's pen in its holder, rad.
+    pub home: &'a JointVector,
+    /// Where pens are changed, and where it ends, clear of the drawing, rad.
+    pub service: &'a JointVector,
+    /// The drawing on the believed canvas.
+    pub drawing: &'a SurfaceDrawing,
+    /// The believed canvas.
+    pub canvas: &'a BelievedCanvas,
+    /// The furniture, world.
+    pub obstacles: &'a [TriMesh],
+}
+
+/// Plans all of a drawing for one arm.
 ///
-/// The arm starts at rest at `home`, with the first ink's pen in its holder. Pens are changed at `service`, and there it
-/// ends, clear of the drawing.
-/// `obstacles` (world frame) are the furniture. `progress` hears the done share, from 0 to 1. Strokes are solved in parallel, each
+/// `progress` hears the done share, from 0 to 1. Strokes are solved in parallel, each
 /// apart from the others in postures that are common to the drawing, so the plan is the same bits at any thread count.
 ///
 /// # Errors
 /// [`PlanError::Unreachable`] when something can't be drawn and `options.partial` is false; others for poses and
 /// options that can't be used.
-#[allow(clippy::too_many_arguments)]
-pub fn plan(
-    arm_index: usize,
-    arm: &ArmModel,
-    home: &JointVector,
-    service: &JointVector,
-    drawing: &SurfaceDrawing,
-    canvas: &BelievedCanvas,
-    obstacles: &[TriMesh],
-    options: &PlanOptions,
-    progress: &mut dyn FnMut(f64),
-) -> Result<Planned, PlanError> {
+pub fn plan(job: &PlanJob, options: &PlanOptions, progress: &mut dyn FnMut(f64)) -> Result<Planned, PlanError> {
+    let PlanJob { arm_index, arm, home, service, drawing, canvas, obstacles } = *job;
     if let Some((name, value, wanted)) = options.invalid() {
         return Err(PlanError::Option { name, value, wanted });
     }

@@ -8,7 +8,7 @@ use crate::plan::surroundings::{Contact, Room};
 use crate::robot::ArmModel;
 
 /// Why a point can't be drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum Obstruction {
     /// The tip can't get there, whatever the joint limits.
@@ -109,7 +109,7 @@ impl fmt::Display for Obstruction {
 }
 
 /// A part of a stroke that can't be drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Unreachable {
     /// Index of the layer.
     pub layer: usize,
@@ -146,7 +146,7 @@ impl fmt::Display for Unreachable {
 }
 
 /// How much of a drawing an arm can draw, and every part that it can't.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ReachReport {
     /// Length of all strokes, m.
     pub length: f64,

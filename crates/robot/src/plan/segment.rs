@@ -23,7 +23,7 @@ pub enum SegmentKind {
 }
 
 /// One piece of motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Segment {
     /// What is done.
     pub kind: SegmentKind,

@@ -7,7 +7,7 @@ use crate::robot::JointVector;
 /// `q(s) = a q_i + b q_i+1 + ((a^3 - a) m_i + (b^3 - b) m_i+1) h^2 / 6`, where the second derivatives `m` make the
 /// first derivative continuous. The ends run out as parabolas (`m_0 = m_1`), which follows a curved path to its end
 /// better than the natural condition does.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct JointSpline {
     s: Vec<f64>,
     q: Vec<JointVector>,
@@ -15,7 +15,7 @@ pub struct JointSpline {
 }
 
 /// Position and the first three derivatives with respect to the path parameter.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SplinePoint {
     /// Position, rad.
     pub q: JointVector,

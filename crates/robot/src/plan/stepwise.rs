@@ -2,6 +2,8 @@
 //!
 //! Every motion begins at rest where the one before it ended. Postures come from one field over the whole drawing, as in
 //! [`plan`](super::plan()), so that pieces planned apart fit together.
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::mesh::TriMesh;
@@ -14,8 +16,7 @@ use crate::plan::surroundings::Surroundings;
 use crate::plan::timing::{Piece, straight};
 use crate::plan::waypoint::waypoints;
 use crate::plan::{
-    ArmPlan, DepthProfile, IkSolver, Knot, MotionLimits, MotionSample, PenTarget, Plan, PlanOptions, Posture, Segment,
-    SegmentKind, Trajectory,
+    DepthProfile, IkSolver, Knot, MotionLimits, MotionSample, PenTarget, PlanOptions, Posture, Trajectory,
 };
 use crate::robot::{ArmModel, JointVector};
 use crate::surface::{BelievedCanvas, SurfaceTarget};
@@ -30,11 +31,11 @@ const SETTLING: f64 = 0.15;
 const BRAKING: f64 = 0.06;
 
 /// What plans the pieces: the arm, its furniture, and postures for all of the drawing.
-pub struct StepPlanner<'a> {
-    arm: &'a ArmModel,
+pub struct StepPlanner {
+    arm: Arc<ArmModel>,
     home: JointVector,
-    obstacles: &'a [TriMesh],
-    options: &'a PlanOptions,
+    obstacles: Arc<Vec<TriMesh>>,
+    options: Arc<PlanOptions>,
     limits: MotionLimits,
     field: PostureField,
 }
@@ -69,17 +70,18 @@ pub struct DrawnPiece {
     pub stopped: Option<Obstruction>,
 }
 
-impl<'a> StepPlanner<'a> {
+impl StepPlanner {
     /// A planner for places like `targets`, on a canvas believed to be like `canvas`.
     pub fn new(
-        arm: &'a ArmModel,
+        arm: &Arc<ArmModel>,
         home: &JointVector,
         targets: &[SurfaceTarget],
         canvas: &BelievedCanvas,
-        obstacles: &'a [TriMesh],
-        options: &'a PlanOptions,
+        obstacles: &Arc<Vec<TriMesh>>,
+        options: &Arc<PlanOptions>,
     ) -> Self {
         let limits = MotionLimits::new(arm, options);
+        let (arm, obstacles, options) = (Arc::clone(arm), Arc::clone(obstacles), Arc::clone(options));
         let mut planner = Self { arm, home: *home, obstacles, options, limits, field: PostureField::default() };
         let poses: Vec<PenTarget> = targets.iter().map(pose).collect();
         let field = PostureField::new(&planner.cell(canvas), &poses);
@@ -89,9 +91,9 @@ impl<'a> StepPlanner<'a> {
 
     fn cell<'c>(&'c self, canvas: &'c BelievedCanvas) -> Workcell<'c> {
         Workcell {
-            solver: IkSolver::new(self.arm, self.options.limit_margin),
-            surroundings: Surroundings::new(self.arm, &canvas.mesh, self.obstacles, self.options),
-            options: self.options,
+            solver: IkSolver::new(&self.arm, self.options.limit_margin),
+            surroundings: Surroundings::new(&self.arm, &canvas.mesh, &self.obstacles, &self.options),
+            options: &self.options,
             home: self.home,
         }
     }
@@ -184,7 +186,7 @@ impl<'a> StepPlanner<'a> {
         targets: &[SurfaceTarget],
         layer: usize,
     ) -> Result<JointVector, Obstruction> {
-        let way = waypoints(targets, layer, self.options);
+        let way = waypoints(targets, layer, &self.options);
         let path = solve(&self.cell(canvas), &self.field, &way);
         match path.runs.first() {
             Some(run) if run.first == 0 => Ok(run.q[0]),
@@ -199,7 +201,7 @@ impl<'a> StepPlanner<'a> {
 
     /// From rest at `from` straight back along the pen's axis by `height` (m), or as far as the arm can.
     pub fn retreat(&self, from: &JointVector, height: f64) -> Trajectory {
-        let solver = IkSolver::new(self.arm, self.options.limit_margin);
+        let solver = IkSolver::new(&self.arm, self.options.limit_margin);
         let tip = *self.arm.kinematics(from).world_from_tip();
         let axis = tip.rotation * Vector3::z();
         let still = Posture { reference: *from, pull: 0.0, most: 0.0 };
@@ -243,7 +245,7 @@ impl<'a> StepPlanner<'a> {
         from: &JointVector,
     ) -> Result<Option<DrawnPiece>, Obstruction> {
         let cell = self.cell(canvas);
-        let way = waypoints(targets, layer, self.options);
+        let way = waypoints(targets, layer, &self.options);
         let mut path = solve(&cell, &self.field, &way);
         let gap = path.gaps.first().map(|g| g.reason.clone());
         if path.runs.first().is_none_or(|r| r.first > 0) {
@@ -277,24 +279,6 @@ fn pose(target: &SurfaceTarget) -> PenTarget {
     PenTarget { position: target.position, axis: -target.normal }
 }
 
-/// A motion to execute by itself: what it is for, the motion, and the press depth on the way.
-pub type Step = (SegmentKind, Trajectory, DepthProfile);
-
-impl Plan {
-    /// One arm's steps one after another, for a stroke of a layer.
-    pub fn of_steps(layer: usize, stroke: Option<usize>, steps: Vec<Step>) -> Self {
-        let mut start = 0.0;
-        let mut segments = Vec::with_capacity(steps.len());
-        for (kind, trajectory, depth) in steps {
-            let of_stroke = matches!(kind, SegmentKind::Press | SegmentKind::Draw | SegmentKind::Lift);
-            let segment = Segment { kind, layer, stroke: stroke.filter(|_| of_stroke), start, trajectory, depth };
-            start = segment.end();
-            segments.push(segment);
-        }
-        Self { arms: vec![ArmPlan { arm: 0, segments }] }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -323,7 +307,8 @@ mod tests {
         };
         let all: Vec<SurfaceTarget> = (0..=40).map(|i| place(0.5, 0.002 * f64::from(i) - 0.04, 0.3)).collect();
         let (canvas, clear) = (table(0.3), table(0.305));
-        let planner = StepPlanner::new(&arm, &home, &all, &canvas, &[], &options);
+        let (arm, options) = (Arc::new(arm), Arc::new(options));
+        let planner = StepPlanner::new(&arm, &home, &all, &canvas, &Arc::default(), &options);
         let tip = |q: &JointVector| arm.kinematics(q).world_from_tip().translation.vector;
         let end = |t: &Trajectory| t.knots()[t.knots().len() - 1].q;
 

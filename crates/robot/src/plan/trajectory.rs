@@ -2,7 +2,7 @@
 use crate::robot::JointVector;
 
 /// A moment of a joint motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Knot {
     /// Time, s from the start of the trajectory.
     pub time: f64,
@@ -15,7 +15,7 @@ pub struct Knot {
 }
 
 /// Position, speed and acceleration at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MotionSample {
     /// Joint positions, rad.
     pub q: JointVector,
@@ -27,7 +27,7 @@ pub struct MotionSample {
 
 /// Joint motion through knots of rising time, twice continuously differentiable: between two knots each joint follows
 /// the quintic that meets both knots' position, speed and acceleration.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Trajectory {
     knots: Vec<Knot>,
 }

@@ -13,7 +13,7 @@ pub const MAX_DOF: usize = 10;
 pub type JointVector = SVector<f64, MAX_DOF>;
 
 /// How a joint moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum JointKind {
     /// Turns about its axis (continuous joints have infinite limits).
     Revolute,
@@ -22,7 +22,7 @@ pub enum JointKind {
 }
 
 /// One actuated joint.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct JointModel {
     /// URDF name.
     pub name: String,
@@ -49,7 +49,7 @@ pub struct JointModel {
 }
 
 /// Mass, centre of mass and inertia of a rigid body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SpatialInertia {
     /// Mass, kg.
     pub mass: f64,
@@ -60,7 +60,7 @@ pub struct SpatialInertia {
 }
 
 /// A capsule: all points within `radius` of the segment `a`-`b`, m, in the link frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Capsule {
     /// One end of the axis.
     pub a: Point3<f64>,
@@ -111,7 +111,7 @@ pub struct Visual {
 }
 
 /// One rigid link: everything that moves with one joint (links behind fixed joints are merged into it).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct LinkModel {
     /// URDF name of the first of the merged links.
     pub name: String,
@@ -119,7 +119,8 @@ pub struct LinkModel {
     pub inertia: SpatialInertia,
     /// Collision capsules, in the link frame.
     pub capsules: Vec<Capsule>,
-    /// Visuals, in the link frame.
+    /// Visuals, in the link frame. They are no part of a saved state.
+    #[serde(skip)]
     pub visuals: Vec<Visual>,
 }
 
@@ -127,7 +128,7 @@ pub struct LinkModel {
 ///
 /// Link 0 is the base; joint `i` (0-based) moves link `i + 1`. The tip frame is the pen's: z along the pen axis, out of
 /// the nib, towards the canvas.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ArmModel {
     /// Name, as in events and files.
     pub name: String,

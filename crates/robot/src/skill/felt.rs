@@ -5,7 +5,7 @@ use crate::drawing::StrokeId;
 use crate::plan::SegmentKind;
 
 /// A touch as the robot knows of it: where its own kinematics put the tip, and what its force sensor tells.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Felt {
     /// Time, s.
     pub time: f64,

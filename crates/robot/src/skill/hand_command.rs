@@ -4,7 +4,7 @@
 pub const OPEN: f64 = 0.054;
 
 /// How the two scissored fingers stand (the gripper's register rMOD).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum GraspMode {
     /// Side by side.
     #[default]
@@ -18,7 +18,7 @@ pub enum GraspMode {
 }
 
 /// What the hand shall do: where its motors pull, how strongly and how fast.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HandCommand {
     /// How the fingers stand.
     pub mode: GraspMode,

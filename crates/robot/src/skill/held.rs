@@ -36,7 +36,12 @@ pub fn tool_from_pen(set: &ToolSet) -> Pose {
 
 /// `arm` with a hand whose fingers stand at `joints` (rad); its tip is the grip frame.
 pub fn with_hand(arm: &ArmModel, hand: &HandModel, joints: &[[f64; 3]; 3]) -> ArmModel {
-    let last_from_grip = last_from_grip(arm, hand);
+    with_hand_at(arm, hand, &Pose::identity(), joints)
+}
+
+/// The same with the grip frame at `error` in the designed one.
+pub fn with_hand_at(arm: &ArmModel, hand: &HandModel, error: &Pose, joints: &[[f64; 3]; 3]) -> ArmModel {
+    let last_from_grip = last_from_grip(arm, hand) * error;
     let mut arm = arm.clone();
     arm.last_from_tip = last_from_grip;
     let Some(last) = arm.links.last_mut() else { return arm };
@@ -63,12 +68,20 @@ pub fn holding(
     grip_from_tool: &Pose,
     pen: Rgb,
 ) -> Result<ArmModel, MeshError> {
-    let mut arm = with_hand(arm, hand, joints);
+    let arm = with_hand(arm, hand, joints);
     let last_from_tool = arm.last_from_tip * grip_from_tool;
+    holding_at(arm, set, &last_from_tool, pen)
+}
+
+/// An arm with a hand, and in it a tool at `last_from_tool` in the frame of the last link, with a pen of the given colour.
+///
+/// # Errors
+/// None of a design that was read from a file.
+pub fn holding_at(mut arm: ArmModel, set: &ToolSet, last_from_tool: &Pose, pen: Rgb) -> Result<ArmModel, MeshError> {
     arm.last_from_tip = last_from_tool * tool_from_pen(set);
     let Some(last) = arm.links.last_mut() else { return Ok(arm) };
-    last.inertia = last.inertia.joined(&tool_inertia(set).seen_from(&last_from_tool));
-    last.capsules.extend(tool_capsules(set).iter().map(|c| c.seen_from(&last_from_tool)));
+    last.inertia = last.inertia.joined(&tool_inertia(set).seen_from(last_from_tool));
+    last.capsules.extend(tool_capsules(set).iter().map(|c| c.seen_from(last_from_tool)));
     last.visuals.extend(tool_visuals(set, pen)?.into_iter().map(|mut v| {
         v.link_from_visual = last_from_tool * v.link_from_visual;
         v

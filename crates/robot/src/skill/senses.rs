@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use crate::math::Pose;
 
 /// Where the fingers are, rad.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HandState {
     /// Proximal, medial and distal joint of the upper finger, the lower finger and the thumb.
     pub q: [[f64; 3]; 3],

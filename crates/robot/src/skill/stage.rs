@@ -1,7 +1,7 @@
 //! The stages of a tool change, and how one fails.
 
 /// What is wished.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Order {
     /// Take the tool out of its dock.
     Pick,
@@ -10,7 +10,7 @@ pub enum Order {
 }
 
 /// Where a tool change is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
     /// Open hand, from before the dock to round the tool.
     Approach,

@@ -6,7 +6,7 @@ use crate::mesh::TriMesh;
 
 /// Where the sheet floats in front of a canvas: `world_from_sheet` has x right and y up along the sheet, and z out of
 /// the canvas towards the artist; orthographic projection goes along -z.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SheetFrame {
     /// World pose of the sheet's centre.
     pub world_from_sheet: Pose,

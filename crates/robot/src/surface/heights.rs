@@ -7,7 +7,7 @@
 use nalgebra::{Point2, SMatrix, SVector};
 
 /// A touched place: where on the plane, m, and how high, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Touch {
     /// Place on the plane, m.
     pub at: Point2<f64>,
@@ -27,7 +27,7 @@ const FADE: f64 = 0.02;
 const DEEPEST: u32 = 20;
 
 /// One square, its touch, and the four squares in it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct Node {
     center: Point2<f64>,
     half: f64,
@@ -36,7 +36,7 @@ struct Node {
 }
 
 /// Touched heights, at most one in a circle of the spacing's radius.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct HeightTree {
     center: Point2<f64>,
     half: f64,

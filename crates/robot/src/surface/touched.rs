@@ -13,7 +13,7 @@ const MOST_SQUARES: usize = 120;
 const SMOOTHING: usize = 1;
 
 /// What a robot knows of a canvas that it has only touched.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct TouchedCanvas {
     name: String,
     sheet: SheetFrame,

@@ -5,7 +5,7 @@ use crate::math::Pose;
 use crate::mesh::{MeshError, TriMesh};
 
 /// A convex solid, m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ConvexPart {
     points: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::diagnostic::{self, ConfigError};
 
 /// A tool and the dock that it stands in.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ToolSet {
     /// Name, as in files.
     pub name: String,
@@ -17,7 +17,7 @@ pub struct ToolSet {
 }
 
 /// Shape, mass and friction of a pen tool. Lengths in m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ToolDesign {
     /// Mass, kg, spread evenly over its solids.
     pub mass: f64,
@@ -42,7 +42,7 @@ pub struct ToolDesign {
 }
 
 /// The front bevels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bevel {
     /// By how much a bevel turns from the flat side, rad.
     pub angle: f64,
@@ -51,7 +51,7 @@ pub struct Bevel {
 }
 
 /// The plates over the upper finger and over the thumb. Lengths in m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Plates {
     /// Height of the upper finger's top above the gripper's middle.
     pub finger_top: f64,
@@ -66,7 +66,7 @@ pub struct Plates {
 }
 
 /// Stem, cone nose and nib. Lengths in m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Nose {
     /// From the back to the pen's axis.
     pub axis: f64,
@@ -85,7 +85,7 @@ pub struct Nose {
 }
 
 /// Shape of a dock. Lengths in m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DockDesign {
     /// Convex wedges that make up each ring of it.
     pub wedges: usize,
@@ -104,7 +104,7 @@ pub struct DockDesign {
 }
 
 /// A soft lip below the dock's cone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Seal {
     /// Height of the lip, m.
     pub height: f64,

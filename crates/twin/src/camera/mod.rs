@@ -36,14 +36,14 @@ pub fn scan_canvas(
 ) -> Result<(BelievedCanvas, ScanReport), ScanError> {
     options.check()?;
     let poses = poses(&options.views, nominal_sheet)?;
-    let meshes: Vec<&TriMesh> = std::iter::once(&truth.mesh).chain(occluders).collect();
+    let meshes: Vec<&TriMesh> = std::iter::once(truth.mesh()).chain(occluders).collect();
     let take = |(i, pose): (usize, &Pose)| {
         let real = misplaced(pose, options.calibration, options.calibration_angle, seed, i as u64);
         options.camera.take(&meshes, &real, pose, seed, i as u64)
     };
     let views: Vec<Cloud> = poses.iter().enumerate().map(take).collect();
     let prior = options.register.then_some(Prior { distance: options.calibration, angle: options.calibration_angle });
-    let made = from_views(views, &poses, prior, &truth.name, nominal_sheet, sheet_size, &options.meshing);
+    let made = from_views(views, &poses, prior, truth.name(), nominal_sheet, sheet_size, &options.meshing);
     made.map_err(|error| match error {
         ReconstructError::TooFewPoints { .. } => ScanError::NothingSeen { min_range_mm: options.camera.range[0] * 1e3 },
         error => error.into(),

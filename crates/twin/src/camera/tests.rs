@@ -15,7 +15,7 @@ fn column() -> TrueCanvas {
     let outward = -Vector3::x();
     let rotation = frame_from_axes(&outward, &Vector3::z().cross(&outward));
     let sheet = SheetFrame { world_from_sheet: Pose::from_parts(Translation3::new(-0.33, 0.0, 0.3), rotation) };
-    TrueCanvas(Canvas { name: "column".into(), mesh, sheet })
+    TrueCanvas::nominal(Canvas { name: "column".into(), mesh, sheet })
 }
 
 /// A small and quick scan.
@@ -33,7 +33,7 @@ fn errors(truth: &TrueCanvas, belief: &BelievedCanvas) -> Vec<f64> {
     (0..21 * 21)
         .map(|k| Point2::new(f64::from(k % 21) - 10.0, f64::from(k / 21) - 10.0) * 0.005)
         .map(|p| projection.to_surface(&p).expect("the sheet is covered").position)
-        .map(|p| (truth.mesh.closest_point(&p).position - p).norm())
+        .map(|p| (truth.mesh().closest_point(&p).position - p).norm())
         .collect()
 }
 
@@ -57,7 +57,7 @@ fn is_disc(mesh: &TriMesh, report: &ScanReport) -> bool {
 #[test]
 fn without_noise_the_surface_comes_back() {
     let truth = column();
-    let (belief, report) = scan_canvas(&truth, &[], &truth.sheet, SIZE, &options(0.0), 1).unwrap();
+    let (belief, report) = scan_canvas(&truth, &[], truth.sheet(), SIZE, &options(0.0), 1).unwrap();
     let errors = errors(&truth, &belief);
     assert!(rms(&errors) < 5e-5, "{} m", rms(&errors));
     assert!(is_disc(&belief.mesh, &report));
@@ -70,7 +70,7 @@ fn without_noise_the_surface_comes_back() {
 fn noise_is_averaged_down_and_more_noise_is_more_error() {
     let truth = column();
     let error = |noise_px| {
-        let (belief, report) = scan_canvas(&truth, &[], &truth.sheet, SIZE, &options(noise_px), 1).unwrap();
+        let (belief, report) = scan_canvas(&truth, &[], truth.sheet(), SIZE, &options(noise_px), 1).unwrap();
         assert!(is_disc(&belief.mesh, &report), "at {noise_px} px: {} loops", report.boundary_loops);
         assert!(report.noise > 0.0);
         rms(&errors(&truth, &belief))
@@ -88,7 +88,7 @@ fn furniture_before_the_canvas_leaves_a_hole_or_another_view_fills_it() {
     // a rod before the middle of the sheet's right half
     let rod = shapes::cuboid(&Vector3::new(0.01, 0.012, 0.012), 0.012).unwrap();
     let rod = rod.transformed(&Pose::translation(-0.5, 0.03, 0.3));
-    let (belief, report) = scan_canvas(&truth, &[rod], &truth.sheet, SIZE, &options(0.0), 1).unwrap();
+    let (belief, report) = scan_canvas(&truth, &[rod], truth.sheet(), SIZE, &options(0.0), 1).unwrap();
     assert!(rms(&errors(&truth, &belief)) < 2e-4);
     assert!(is_disc(&belief.mesh, &report));
 }
@@ -99,7 +99,7 @@ fn registration_makes_up_for_cameras_out_of_place() {
     let off = ScanOptions { calibration: 2e-3, calibration_angle: 0.2f64.to_radians(), ..options(0.05) };
     let spread = |register| {
         let o = ScanOptions { register, ..off.clone() };
-        let (_, report) = scan_canvas(&truth, &[], &truth.sheet, SIZE, &o, 3).unwrap();
+        let (_, report) = scan_canvas(&truth, &[], truth.sheet(), SIZE, &o, 3).unwrap();
         report.noise
     };
     assert!(spread(true) < 0.8 * spread(false), "{} {}", spread(true), spread(false));
@@ -108,7 +108,7 @@ fn registration_makes_up_for_cameras_out_of_place() {
 #[test]
 fn a_seed_gives_the_same_bits_at_any_number_of_threads() {
     let truth = column();
-    let scan = || scan_canvas(&truth, &[], &truth.sheet, SIZE, &options(0.1), 5).unwrap().0.mesh.vertices().to_vec();
+    let scan = || scan_canvas(&truth, &[], truth.sheet(), SIZE, &options(0.1), 5).unwrap().0.mesh.vertices().to_vec();
     let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
     assert_eq!(pool(1).install(scan), pool(3).install(scan));
 }
@@ -116,10 +116,10 @@ fn a_seed_gives_the_same_bits_at_any_number_of_threads() {
 #[test]
 fn a_cloud_of_ones_own_becomes_a_canvas() {
     let truth = column();
-    let (_, report) = scan_canvas(&truth, &[], &truth.sheet, SIZE, &options(0.0), 1).unwrap();
+    let (_, report) = scan_canvas(&truth, &[], truth.sheet(), SIZE, &options(0.0), 1).unwrap();
     let meshing = options(0.0).meshing;
     let bare = PointCloud { points: report.cloud.points, ..PointCloud::default() };
-    let (belief, again) = from_cloud(&bare, "own", &truth.sheet, SIZE, &meshing).unwrap();
+    let (belief, again) = from_cloud(&bare, "own", truth.sheet(), SIZE, &meshing).unwrap();
     assert_eq!((again.measured, belief.name.as_str()), (bare.points.len(), "own"));
     assert!(rms(&errors(&truth, &belief)) < 1e-4);
 }
@@ -127,7 +127,7 @@ fn a_cloud_of_ones_own_becomes_a_canvas() {
 #[test]
 fn options_that_make_no_scan_are_refused() {
     let truth = column();
-    let scan = |o: &ScanOptions| scan_canvas(&truth, &[], &truth.sheet, SIZE, o, 1).err().map(|e| e.to_string());
+    let scan = |o: &ScanOptions| scan_canvas(&truth, &[], truth.sheet(), SIZE, o, 1).err().map(|e| e.to_string());
     let blind = ScanOptions { views: Viewpoints::Around { count: 2, distance: 0.3, slant: 0.3 }, ..options(0.0) };
     assert!(scan(&blind).unwrap().contains("550 mm"), "nearer than the least range");
     let place = Viewpoint { eye: Point3::origin(), target: Point3::origin() };

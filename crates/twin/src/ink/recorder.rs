@@ -109,7 +109,7 @@ const WET_REACH: f64 = 0.25;
 ///
 /// Points are placed only as close as the line needs: at most 0.15 mm apart, or an eighth of the width of broad
 /// lines, and nearer where width or density changes by 2 %.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct InkRecorder {
     pen: PenModel,
     state: PenState,
@@ -123,7 +123,7 @@ pub struct InkRecorder {
 }
 
 /// A deposit that may become a point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Deposit {
     position: Point3<f64>,
     normal: Vector3<f64>,
@@ -147,6 +147,17 @@ impl InkRecorder {
     /// Leaves the nib in the open for `time` s.
     pub fn let_dry(&mut self, time: f64) {
         self.state.open += time;
+    }
+
+    /// Lines that no step can go on with, taken out; the last one stays, as wet ink may join it.
+    pub fn take_ended(&mut self) -> Vec<InkStroke> {
+        let last = self.strokes.len().saturating_sub(1);
+        self.strokes.drain(..last).collect()
+    }
+
+    /// Lines that are still here.
+    pub fn lines(&self) -> &[InkStroke] {
+        &self.strokes
     }
 
     /// The pen.

@@ -17,7 +17,7 @@ pub struct Carried {
 impl Carried {
     /// Carries `meant`, a mapping of `canvas`, onto `truth`, of which no point is looked for farther than `reach` (m) from `canvas`.
     pub fn new(meant: Box<dyn Mapping>, canvas: &Canvas, truth: &TrueCanvas, reach: f64) -> Self {
-        Self { meant, meant_mesh: canvas.mesh.clone(), truth: truth.mesh.clone(), reach }
+        Self { meant, meant_mesh: canvas.mesh.clone(), truth: truth.mesh().clone(), reach }
     }
 }
 
@@ -59,7 +59,7 @@ mod tests {
                 world_from_sheet: Pose::from_parts(Translation3::new(0.0, 0.0, 0.3), Default::default()),
             },
         };
-        let (meant, truth) = (canvas(0.15), TrueCanvas(canvas(0.16)));
+        let (meant, truth) = (canvas(0.15), TrueCanvas::new(canvas(0.16)));
         let carried = Carried::new(Box::new(Projection::new(&meant)), &meant, &truth, 0.02);
         for (x, y) in [(0.0, 0.0), (0.06, 0.02), (-0.05, 0.07)] {
             let sheet = Point2::new(x, y);

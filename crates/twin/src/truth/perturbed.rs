@@ -153,7 +153,7 @@ pub fn perturb(nominal: &Canvas, options: &TruthOptions, seed: u64) -> Result<(T
     }
     let mut report = TruthReport { size, hausdorff: apart, ..Default::default() };
     let canvas = placed(nominal, mesh, options, seed, &mut report)?;
-    Ok((TrueCanvas(canvas), report))
+    Ok((TrueCanvas::new(canvas), report))
 }
 
 /// The nominal canvas at the true one's scale and place, where [`perturb`] gives it another shape; `None` where only scale and place differ.

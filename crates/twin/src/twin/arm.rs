@@ -1,69 +1,51 @@
-//! One simulated arm: its controller, its pen, and where it is in its plan.
+//! One simulated arm: its controller, its pen, and where it is in its motion. All of it that changes is [`ArmState`].
 use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 use crate::control::{Controller, MeasuredState, Press, Reference};
 use crate::drawing::StrokeId;
-use crate::ink::{InkRecorder, NibContact};
+use crate::ink::{InkRecorder, InkStroke, NibContact};
 use crate::math::standard_normal;
 use crate::math::stats::Running;
-use crate::pen::{LayerPen, NibSpring};
+use crate::pen::LayerPen;
 use crate::plan::{Segment, SegmentKind};
 use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::skill::Felt;
-use crate::surface::Mapping;
-use crate::truth::TrueCanvas;
-use crate::twin::contact::{Contact, Nib};
+use crate::twin::contact::{Contact, Nib, Touching};
+use crate::twin::log::{ArmEnding, ArmLog, Totals};
+use crate::twin::scene::TrueScene;
 use crate::twin::sense::TipSensor;
-use crate::twin::{ArmRecord, ArmSample, Event, EventKind, StrokeRecord, TipForce, TipState};
+use crate::twin::{ArmSample, Event, EventKind, StrokeRecord, TipForce, TipState};
 
 /// An arm as the twin is given it.
+#[derive(Clone, Debug)]
 pub struct TwinArm {
     /// The true arm: what the plant is made of.
     pub model: ArmModel,
     /// The controller, with its own belief of the arm.
     pub controller: Controller,
-    /// Joint positions at the start, at rest.
-    pub start: JointVector,
 }
 
-/// What surrounds the arms in truth.
-pub struct Surroundings<'a> {
-    /// The true canvas.
-    pub canvas: &'a TrueCanvas,
-    /// Coulomb friction of the canvas; that of a pen on it is the geometric mean of both.
-    pub friction: f64,
-    /// How far the canvas gives way to the pen, m/N.
-    pub compliance: f64,
-    /// Map between the true canvas and the sheet.
-    pub mapping: &'a dyn Mapping,
-    /// The pen of each layer.
-    pub pens: &'a [LayerPen],
-}
-
-impl Surroundings<'_> {
-    /// The nib of a layer's pen and the canvas as one spring: a canvas that gives way is in series with the nib.
-    fn spring(&self, layer: usize) -> NibSpring {
-        let nib = &self.pens[layer].pen.spring;
-        if self.compliance <= 0.0 {
-            return *nib;
-        }
-        NibSpring { stiffness: nib.stiffness / (1.0 + nib.stiffness * self.compliance), ..*nib }
-    }
-}
-
-/// Running state of one arm.
-pub(crate) struct ArmRun {
+/// All of an arm that changes, but for the plant.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct ArmState {
     index: usize,
-    pub(crate) arm: TwinArm,
-    /// When the segments that are executed began, s.
+    pub(crate) model: ArmModel,
+    pub(crate) controller: Controller,
+    /// Whether the controller's model is the true arm's, so that both have the same kinematics.
+    known: bool,
+    /// When the timeline under way began, s, and at which step.
     began: f64,
-    segment: usize,
-    /// What was wished last; held where there is nothing to do.
-    wish: Reference,
+    pub(crate) began_step: u64,
+    /// What was desired last; held where there is nothing to do.
+    desired: Reference,
+    /// How far a policy has moved the reference, rad.
+    correction: Option<JointVector>,
     sensor: Option<TipSensor>,
+    /// Whether the present task's segment has begun.
     entered: bool,
     cursor: usize,
     depth_cursor: usize,
@@ -74,14 +56,35 @@ pub(crate) struct ArmRun {
     layer: usize,
     touching: bool,
     had_contact: bool,
-    /// Largest normal force since `begin`, N.
-    peak: f64,
+    /// The torques that are still on their way to the motors.
     pending: VecDeque<JointVector>,
     delay_steps: usize,
     noise: Option<(ChaCha8Rng, f64)>,
     stroke: Option<StrokeRecord>,
     last_q: Option<JointVector>,
-    pub(crate) record: ArmRecord,
+    pub(crate) totals: Totals,
+}
+
+/// How an arm's loop is delayed and disturbed.
+pub(crate) struct Disturbance {
+    /// Steps from measuring to acting.
+    pub(crate) delay_steps: usize,
+    /// Noise of each joint-torque sensor and its standard deviation, N m.
+    pub(crate) noise: Option<(ChaCha8Rng, f64)>,
+}
+
+/// What an arm meets in one step.
+pub(crate) struct Moment<'a> {
+    pub(crate) segment: &'a Segment,
+    /// Time, s, and the step's length, s.
+    pub(crate) time: f64,
+    pub(crate) dt: f64,
+    pub(crate) state: &'a MeasuredState,
+    pub(crate) kinematics: &'a Kinematics,
+    pub(crate) tip: &'a TipState,
+    pub(crate) scene: &'a TrueScene,
+    /// Whether it is recorded.
+    pub(crate) sample: bool,
 }
 
 /// What an arm does in one step.
@@ -90,67 +93,62 @@ pub(crate) struct ArmStep {
     pub(crate) force: TipForce,
 }
 
-impl ArmRun {
+impl ArmState {
     pub(crate) fn new(
         index: usize,
         arm: TwinArm,
+        start: JointVector,
         layer: usize,
         pens: &[LayerPen],
-        delay_steps: usize,
-        noise: Option<(ChaCha8Rng, f64)>,
-        sample_period: f64,
+        disturbance: Disturbance,
     ) -> Self {
-        let record = ArmRecord {
-            name: arm.model.name.clone(),
-            joints: arm.model.joints.iter().map(|j| j.name.clone()).collect(),
-            sample_period,
-            samples: Vec::new(),
-            strokes: Vec::new(),
-            max_joint_step: 0.0,
-            max_force: 0.0,
-            pen_up_contact_steps: 0,
-            final_q: Vec::new(),
-            final_qd: Vec::new(),
-        };
+        let TwinArm { model, controller } = arm;
         Self {
             index,
-            recorder: InkRecorder::new(pens[layer].pen.clone(), layer as u32, index as u32),
-            wish: Reference::rest(arm.start),
-            arm,
+            known: same_chain(&model, controller.model()),
+            model,
+            controller,
             began: 0.0,
-            segment: 0,
+            began_step: 0,
+            desired: Reference::rest(start),
+            correction: None,
             sensor: None,
             entered: false,
             cursor: 0,
             depth_cursor: 0,
             nib: Nib::default(),
+            recorder: InkRecorder::new(pens[layer].pen.clone(), layer as u32, index as u32),
             shelf: BTreeMap::new(),
             layer,
             touching: false,
             had_contact: false,
-            peak: 0.0,
             pending: VecDeque::new(),
-            delay_steps,
-            noise,
+            delay_steps: disturbance.delay_steps,
+            noise: disturbance.noise,
             stroke: None,
             last_q: None,
-            record,
+            totals: Totals::default(),
         }
     }
 
-    /// Sets out, at `time`, on segments whose own times start at 0.
-    pub(crate) fn begin(&mut self, time: f64) {
-        self.began = time;
-        self.segment = 0;
-        self.entered = false;
-        self.peak = 0.0;
+    /// Index of the arm among those that draw.
+    pub(crate) fn index(&self) -> usize {
+        self.index
     }
 
-    /// Ends what `begin` began: the wished motion, what was felt, and the largest normal force, N.
-    pub(crate) fn end(&mut self) -> (Reference, Vec<Felt>, f64) {
-        self.record.strokes.extend(self.stroke.take());
-        let felt = self.sensor.as_mut().map(TipSensor::take).unwrap_or_default();
-        (self.wish, felt, self.peak)
+    /// Whether a segment is under way.
+    pub(crate) fn is_entered(&self) -> bool {
+        self.entered
+    }
+
+    /// The motion that was desired last.
+    pub(crate) fn desired(&self) -> &Reference {
+        &self.desired
+    }
+
+    /// The layer whose pen the arm draws with.
+    pub(crate) fn layer(&self) -> usize {
+        self.layer
     }
 
     /// Lets the arm feel what it touches.
@@ -163,30 +161,30 @@ impl ArmRun {
         self.sensor.as_ref().map_or(0.0, TipSensor::force)
     }
 
-    /// Moves on to the segment of `time`, closing and opening what hangs on segments.
-    fn advance(&mut self, segments: &[Segment], time: f64, world: &Surroundings, events: &mut Vec<Event>) {
-        while let Some(segment) = segments.get(self.segment) {
-            if !self.entered {
-                self.entered = true;
-                (self.cursor, self.depth_cursor) = (0, 0);
-                self.enter(segment, time, world, events);
-            }
-            if time - self.began < segment.end() || self.segment + 1 == segments.len() {
-                return;
-            }
-            self.record.strokes.extend(self.stroke.take());
-            self.segment += 1;
-            self.entered = false;
-        }
+    /// Begins a timeline at `time`: the starts of segments are counted from here.
+    pub(crate) fn begin_timeline(&mut self, time: f64, step: u64) {
+        (self.began, self.began_step) = (time, step);
     }
 
-    fn enter(&mut self, segment: &Segment, time: f64, world: &Surroundings, events: &mut Vec<Event>) {
+    /// Time since the timeline began, s.
+    pub(crate) fn since(&self, time: f64) -> f64 {
+        time - self.began
+    }
+
+    /// Begins a segment, unless it is under way.
+    pub(crate) fn enter(&mut self, segment: &Segment, time: f64, scene: &TrueScene, log: &mut ArmLog) {
+        if std::mem::replace(&mut self.entered, true) {
+            return;
+        }
+        (self.cursor, self.depth_cursor) = (0, 0);
+        self.correction = None;
         let stroke = stroke_id(segment);
-        let mut event = |kind| events.push(Event { time, arm: self.index, stroke, kind });
+        let (arm, events) = (self.index, &mut log.events);
+        let mut event = |kind| events.push(Event { time, arm, stroke, kind });
         event(EventKind::Segment { kind: segment.kind });
         if segment.kind == SegmentKind::ChangePen && segment.layer != self.layer {
-            event(EventKind::PenChanged { ink: world.pens[segment.layer].ink.clone() });
-            self.take_pen(segment.layer, world.pens);
+            event(EventKind::PenChanged { ink: scene.pens[segment.layer].ink.clone() });
+            self.take_pen(segment.layer, &scene.pens);
         }
         if let (SegmentKind::Draw, Some(stroke)) = (segment.kind, stroke) {
             self.stroke = Some(StrokeRecord {
@@ -205,6 +203,19 @@ impl ArmRun {
         }
     }
 
+    /// Ends the segment under way: what was felt in it.
+    pub(crate) fn leave(&mut self, log: &mut ArmLog) -> Vec<Felt> {
+        self.entered = false;
+        log.strokes.extend(self.stroke.take());
+        self.drain(log);
+        self.sensor.as_mut().map(TipSensor::take).unwrap_or_default()
+    }
+
+    /// Moves the lines that have ended to the log.
+    pub(crate) fn drain(&mut self, log: &mut ArmLog) {
+        log.ink.append(&mut self.recorder.take_ended());
+    }
+
     /// Takes up the pen of a layer, with the ink that is left in it, and puts the one before down.
     fn take_pen(&mut self, layer: usize, pens: &[LayerPen]) {
         if layer == self.layer {
@@ -218,16 +229,21 @@ impl ArmRun {
         self.layer = layer;
     }
 
-    /// Goes on as `arm`, at rest at its start, with the pen of `layer`.
-    pub(crate) fn go_on_as(&mut self, arm: TwinArm, layer: usize, pens: &[LayerPen]) {
+    /// Goes on as `arm` with the pen of `layer`: the same arm with something else in its hand, told to stand at `desired`.
+    pub(crate) fn take_in_hand(&mut self, arm: TwinArm, desired: JointVector, layer: usize, pens: &[LayerPen]) {
         self.take_pen(layer, pens);
         self.recorder.cap();
-        self.wish = Reference::rest(arm.start);
-        self.arm = arm;
+        self.desired = Reference::rest(desired);
+        self.known = same_chain(&arm.model, arm.controller.model());
+        (self.model, self.controller) = (arm.model, arm.controller);
         self.nib = Nib::default();
         self.pending.clear();
-        self.last_q = None;
         self.had_contact = false;
+    }
+
+    /// The joints go on from here, rad, as something else has moved them.
+    pub(crate) fn moved_to(&mut self, q: JointVector) {
+        self.last_q = Some(q);
     }
 
     /// The pen has been in the open for `time` s more.
@@ -235,80 +251,49 @@ impl ArmRun {
         self.recorder.let_dry(time);
     }
 
-    /// Records joints that something else moved from `time` on, `period` s apart.
-    pub(crate) fn note_motion(&mut self, kind: SegmentKind, time: f64, period: f64, joints: &[JointVector]) {
-        let n = self.arm.model.dof();
-        for (i, q) in joints.iter().enumerate() {
-            let tip = Point3::from(self.arm.model.kinematics(q).world_from_tip().translation.vector);
-            self.record.samples.push(ArmSample {
-                time: time + i as f64 * period,
-                segment: kind,
-                q: q.as_slice()[..n].to_vec(),
-                torque: vec![0.0; n],
-                tip,
-                tip_desired: tip,
-                force: Vector3::zeros(),
-                normal_force: 0.0,
-            });
-        }
+    /// Adds `correction` to the desired joints until it is set anew, rad.
+    pub(crate) fn correct(&mut self, correction: JointVector) {
+        self.correction = Some(correction);
     }
 
-    /// One control step at `time`: torques from the wished motion, the pen's contact, ink and records.
-    #[allow(clippy::too_many_arguments)]
-    pub(crate) fn step(
-        &mut self,
-        segments: &[Segment],
-        time: f64,
-        dt: f64,
-        state: &MeasuredState,
-        k: &Kinematics,
-        true_tip: &TipState,
-        world: &Surroundings,
-        sample: bool,
-        events: &mut Vec<Event>,
-    ) -> ArmStep {
-        self.advance(segments, time, world, events);
-        let current = segments.get(self.segment);
-        let stroke = current.and_then(stroke_id);
-        let (kind, wish) = match current {
-            Some(segment) => {
-                let t = time - self.began - segment.start;
-                let m = segment.trajectory.sample(t, &mut self.cursor);
-                let nib = world.spring(self.layer).stiffness;
-                let press = self.press(segment, t, nib);
-                (segment.kind, Reference { q: m.q, qd: m.qd, qdd: m.qdd, press })
-            }
-            None => (SegmentKind::Travel, Reference::rest(self.wish.q)),
-        };
-        self.wish = wish;
-        let tip = Point3::from(true_tip.pose.translation.vector);
-        let axis = true_tip.pose.rotation * Vector3::z();
-        let contact = self.touch(world, &tip, &axis, true_tip, dt);
-        self.draw(time, dt, world, contact.as_ref(), stroke, events);
+    /// One control step: torques from the desired motion, the pen's contact, ink and records.
+    pub(crate) fn step(&mut self, now: &Moment, log: &mut ArmLog) -> ArmStep {
+        let Moment { segment, time, dt, state, kinematics: k, scene, .. } = *now;
+        let stroke = stroke_id(segment);
+        let t = time - self.began - segment.start;
+        let m = segment.trajectory.sample(t, &mut self.cursor);
+        let nib = scene.spring(self.layer).stiffness;
+        let press = self.press(segment, t, nib);
+        let desired = Reference { q: self.correction.map_or(m.q, |c| m.q + c), qd: m.qd, qdd: m.qdd, press };
+        self.desired = desired;
 
-        // the law knows the joints, and the tip only where it believes it to be
-        let tip_believed = &self.arm.controller.model().last_from_tip;
-        let believed = (*tip_believed != self.arm.model.last_from_tip).then(|| k.with_tip(tip_believed));
-        let command = self.arm.controller.torque(state, believed.as_ref().unwrap_or(k), &wish, dt);
+        let contact = self.touch(now);
+        self.draw(now, contact.as_ref(), stroke, log);
+
+        // the law knows the joints that its sensors tell, and by its own model where they put the tip
+        let believed = self.controller.model();
+        let own = (!self.known).then(|| believed.kinematics(&state.q));
+        let command = self.controller.torque(state, own.as_ref().unwrap_or(k), &desired, dt);
         let torque = self.delayed(command.torque);
         let force = contact.map_or_else(TipForce::default, |c| TipForce { point: c.point, force: c.force });
 
         if let Some(sensor) = &mut self.sensor {
-            let model = self.arm.controller.model();
-            sensor.step(time, kind, stroke, model, &state.q, &force.force);
+            let model = self.controller.model();
+            sensor.step(time, segment.kind, stroke, model, &state.q, &force.force);
         }
-        self.watch(kind, state, contact.as_ref(), &wish.press, command.saturated, k);
-        if sample {
-            let n = self.arm.model.dof();
-            self.record.samples.push(ArmSample {
+        self.watch(now, contact.as_ref(), &desired.press, command.saturated);
+        if now.sample {
+            let n = self.model.dof();
+            log.samples.push(ArmSample {
                 time,
-                segment: kind,
+                segment: segment.kind,
                 q: state.q.as_slice()[..n].to_vec(),
-                torque: torque.as_slice()[..n].to_vec(),
-                tip,
-                tip_desired: self.arm.controller.set_point(),
-                force: force.force,
-                normal_force: contact.map_or(0.0, |c| c.normal_force),
+                qd: state.qd.as_slice()[..n].to_vec(),
+                torque: Some(torque.as_slice()[..n].to_vec()),
+                tip: Point3::from(now.tip.pose.translation.vector),
+                tip_desired: Some(self.controller.set_point()),
+                force: Some(force.force),
+                normal_force: Some(contact.map_or(0.0, |c| c.normal_force)),
             });
         }
         ArmStep { torque, force }
@@ -320,37 +305,30 @@ impl ArmRun {
             return Press::default();
         }
         let d = segment.depth.at(time, &mut self.depth_cursor);
-        let stiffness = self.arm.controller.press_stiffness(nib);
+        let stiffness = self.controller.press_stiffness(nib);
         Press { expected_force: stiffness * d.depth, rate: d.rate, acceleration: d.acceleration }
     }
 
-    fn touch(
-        &mut self,
-        world: &Surroundings,
-        tip: &Point3<f64>,
-        axis: &Vector3<f64>,
-        true_tip: &TipState,
-        dt: f64,
-    ) -> Option<Contact> {
-        let spring = world.spring(self.layer);
-        let friction = (spring.friction * world.friction).sqrt();
-        let TipState { velocity, mass, .. } = true_tip;
-        self.nib.touch(&spring, friction, &world.canvas.mesh, tip, axis, velocity, *mass, dt)
+    fn touch(&mut self, now: &Moment) -> Option<Contact> {
+        let spring = now.scene.spring(self.layer);
+        let friction = (spring.friction * now.scene.friction).sqrt();
+        let TipState { pose, velocity, mass } = *now.tip;
+        let touching = Touching {
+            tip: Point3::from(pose.translation.vector),
+            axis: pose.rotation * Vector3::z(),
+            velocity,
+            mass,
+            dt: now.dt,
+        };
+        self.nib.touch(&spring, friction, now.scene.canvas.mesh(), &touching)
     }
 
-    fn draw(
-        &mut self,
-        time: f64,
-        dt: f64,
-        world: &Surroundings,
-        contact: Option<&Contact>,
-        stroke: Option<StrokeId>,
-        events: &mut Vec<Event>,
-    ) {
+    fn draw(&mut self, now: &Moment, contact: Option<&Contact>, stroke: Option<StrokeId>, log: &mut ArmLog) {
+        let time = now.time;
         if contact.is_some() != self.touching {
             self.touching = contact.is_some();
             let kind = if self.touching { EventKind::Touch } else { EventKind::Leave };
-            events.push(Event { time, arm: self.index, stroke, kind });
+            log.events.push(Event { time, arm: self.index, stroke, kind });
         }
         let nib = contact.map(|c| NibContact {
             position: c.at.position,
@@ -358,29 +336,22 @@ impl ArmRun {
             normal_force: c.normal_force,
             slip_speed: c.slip.norm(),
         });
-        self.recorder.step(dt, time, nib.as_ref(), stroke, |p| world.mapping.to_sheet(p));
+        self.recorder.step(now.dt, time, nib.as_ref(), stroke, |p| now.scene.mapping.to_sheet(p));
     }
 
-    fn watch(
-        &mut self,
-        kind: SegmentKind,
-        state: &MeasuredState,
-        contact: Option<&Contact>,
-        press: &Press,
-        saturated: bool,
-        k: &Kinematics,
-    ) {
-        let r = &mut self.record;
+    fn watch(&mut self, now: &Moment, contact: Option<&Contact>, press: &Press, saturated: bool) {
+        let (kind, q) = (now.segment.kind, now.state.q);
+        let t = &mut self.totals;
+        t.steps += 1;
         if let Some(last) = &self.last_q {
-            r.max_joint_step = r.max_joint_step.max((state.q - last).amax());
+            t.max_joint_step = t.max_joint_step.max((q - last).amax());
         }
-        self.last_q = Some(state.q);
+        self.last_q = Some(q);
         let had_contact = std::mem::replace(&mut self.had_contact, contact.is_some());
         let normal_force = contact.map_or(0.0, |c| c.normal_force);
-        r.max_force = r.max_force.max(normal_force);
-        self.peak = self.peak.max(normal_force);
+        t.max_force = t.max_force.max(normal_force);
         if contact.is_some() && matches!(kind, SegmentKind::Travel | SegmentKind::ChangePen | SegmentKind::Wait) {
-            r.pen_up_contact_steps += 1;
+            t.pen_up_contact_steps += 1;
         }
         if let Some(s) = &mut self.stroke {
             s.steps += 1;
@@ -393,8 +364,8 @@ impl ArmRun {
             } else if had_contact {
                 s.lost_contacts += 1;
             }
-            let wished = self.arm.controller.set_point();
-            let off = k.world_from_tip().inverse() * wished;
+            let desired = self.controller.set_point();
+            let off = now.kinematics.world_from_tip().inverse() * desired;
             s.lateral_error.push(off.x.hypot(off.y));
         }
     }
@@ -410,22 +381,36 @@ impl ArmRun {
             acting = self.pending.pop_front().unwrap_or(torque);
         }
         if let Some((rng, sd)) = &mut self.noise {
-            for i in 0..self.arm.model.dof() {
+            for i in 0..self.model.dof() {
                 acting[i] += *sd * standard_normal(rng);
             }
         }
         acting
     }
 
-    /// Closes what is open and gives up the record and the recorders of all its pens.
-    pub(crate) fn finish(mut self, state: &MeasuredState) -> (ArmRecord, Vec<InkRecorder>) {
-        self.record.strokes.extend(self.stroke.take());
-        let n = self.arm.model.dof();
-        self.record.final_q = state.q.as_slice()[..n].to_vec();
-        self.record.final_qd = state.qd.as_slice()[..n].to_vec();
-        let recorders = self.shelf.into_values().chain([self.recorder]).collect();
-        (self.record, recorders)
+    /// How the arm stands at `time`, and what of its lines and strokes hasn't ended.
+    pub(crate) fn ending(&self, time: f64, state: &MeasuredState) -> ArmEnding {
+        let n = self.model.dof();
+        let ink: Vec<InkStroke> =
+            self.shelf.values().chain([&self.recorder]).flat_map(|r| r.lines().iter().cloned()).collect();
+        ArmEnding {
+            time,
+            q: state.q.as_slice()[..n].to_vec(),
+            qd: state.qd.as_slice()[..n].to_vec(),
+            totals: self.totals,
+            ink,
+            stroke: self.stroke.clone(),
+        }
     }
+}
+
+/// Whether two models are the same chain of joints with the same tip.
+fn same_chain(a: &ArmModel, b: &ArmModel) -> bool {
+    let joint = |j: &crate::robot::JointModel| (j.parent_from_joint, j.axis, j.kind);
+    a.world_from_base == b.world_from_base
+        && a.last_from_tip == b.last_from_tip
+        && a.joints.len() == b.joints.len()
+        && a.joints.iter().zip(&b.joints).all(|(a, b)| joint(a) == joint(b))
 }
 
 fn stroke_id(segment: &Segment) -> Option<StrokeId> {

@@ -34,11 +34,26 @@ pub struct Contact {
     pub slip: Vector3<f64>,
 }
 
+/// A nib in one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touching {
+    /// Its tip, m, world.
+    pub tip: Point3<f64>,
+    /// Where the pen points, unit, world.
+    pub axis: Vector3<f64>,
+    /// Velocity of the tip, m/s, world.
+    pub velocity: Vector3<f64>,
+    /// Least mass that the nib may be felt to have, kg.
+    pub mass: f64,
+    /// Time since the last step, s.
+    pub dt: f64,
+}
+
 /// Largest share by which the loss raises the nib's force as it is pressed.
 const LARGEST_LOSS: f64 = 0.2;
 
 /// What a nib remembers from step to step: how far its bristles are bent and how deep it was pressed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Nib {
     stretch: Vector3<f64>,
     /// How deep it was, m, and the surface's normal there.
@@ -46,31 +61,20 @@ pub struct Nib {
 }
 
 impl Nib {
-    /// The contact of a nib at `tip` (m, world), whose pen points along unit `axis` (world), that moves at `velocity` (m/s), `dt` s
-    /// after the last call, and whose inertia is at least that of `mass` (kg); `None` off the canvas.
+    /// The contact of a nib in the step after the last call; `None` off the canvas.
     ///
     /// - Normal: `F = k d (1 + c v)` with depth `d` that grows at `v`, the change since the last step (Hunt and Crossley 1975,
     ///   doi:10.1115/1.3423596). The loss is bounded, `0 <= F <= 1.2 k d`: fibres that are lossy under the
     ///   small motions of drawing don't turn hard in a fast landing, and give most of it back as they are let go.
     /// - Friction: bristles of stiffness `k_t` stretch with the slip until they hold `mu F`, then follow (Dahl's model,
     ///   Coulomb limit; Canudas de Wit et al. 1995, doi:10.1109/9.376053), with damping while they stick.
-    #[allow(clippy::too_many_arguments)]
-    pub fn touch(
-        &mut self,
-        spring: &NibSpring,
-        friction: f64,
-        canvas: &TriMesh,
-        tip: &Point3<f64>,
-        axis: &Vector3<f64>,
-        velocity: &Vector3<f64>,
-        mass: f64,
-        dt: f64,
-    ) -> Option<Contact> {
+    pub fn touch(&mut self, spring: &NibSpring, friction: f64, canvas: &TriMesh, nib: &Touching) -> Option<Contact> {
+        let Touching { tip, axis, velocity, mass, dt } = *nib;
         let before = std::mem::take(self);
         let Press { at, normal: n, depth, point } = if spring.radius > 0.0 {
             ball(canvas, &(tip - axis * spring.radius), spring.radius, before.depth)?
         } else {
-            point(canvas, tip, before.depth)?
+            point(canvas, &tip, before.depth)?
         };
         let separation = velocity.dot(&n);
         // the smooth normal leans against the facet, so that the nib's velocity along it isn't how fast it is pressed
@@ -178,16 +182,18 @@ mod tests {
         }
     }
 
+    /// A nib at `tip` that points down.
+    fn down(tip: Point3<f64>, velocity: Vector3<f64>) -> Touching {
+        Touching { tip, axis: -Vector3::z(), velocity, mass: f64::INFINITY, dt: 1e-3 }
+    }
+
     /// Normal forces of a nib that moves down from the surface by `step` (m) each millisecond.
     fn pressed(canvas: &TriMesh, step: f64, count: u32) -> Vec<f64> {
         let mut nib = Nib::default();
         let velocity = Vector3::new(0.0, 0.0, -step / 1e-3);
         let at = |i: u32| Point3::new(0.001, 0.002, -step * f64::from(i));
         (1..=count)
-            .map(|i| {
-                nib.touch(&spring(), 0.3, canvas, &at(i), &-Vector3::z(), &velocity, f64::INFINITY, 1e-3)
-                    .map_or(0.0, |c| c.normal_force)
-            })
+            .map(|i| nib.touch(&spring(), 0.3, canvas, &down(at(i), velocity)).map_or(0.0, |c| c.normal_force))
             .collect()
     }
 
@@ -211,10 +217,7 @@ mod tests {
     fn a_nib_far_under_a_surface_that_it_never_met_touches_nothing() {
         let block = shapes::rectangle(0.3, 0.3, 0.1, 0.02).unwrap();
         let at = Point3::new(0.0, 0.0, -0.01);
-        assert_eq!(
-            Nib::default().touch(&spring(), 0.3, &block, &at, &-Vector3::z(), &Vector3::zeros(), f64::INFINITY, 1e-3),
-            None
-        );
+        assert_eq!(Nib::default().touch(&spring(), 0.3, &block, &down(at, Vector3::zeros())), None);
     }
 
     const BALL: f64 = 2.5e-3;
@@ -223,7 +226,7 @@ mod tests {
     fn rolled(canvas: &TriMesh, x: f64, z: f64) -> Option<Contact> {
         let round = NibSpring { radius: BALL, ..spring() };
         let tip = Point3::new(x, 0.0, z);
-        Nib::default().touch(&round, 0.0, canvas, &tip, &-Vector3::z(), &Vector3::zeros(), f64::INFINITY, 1e-3)
+        Nib::default().touch(&round, 0.0, canvas, &down(tip, Vector3::zeros()))
     }
 
     /// Two blocks with their tops at z = 0 and a gap in x between them.

@@ -1,21 +1,28 @@
-//! The simulated world: plan and true scene to record. The only room that sees rapier.
+//! The simulated world: tasks and the true scene to what happened. The only room that sees rapier.
 
 mod arm;
 mod contact;
 pub mod grasp;
-mod joined;
+mod log;
 mod options;
 mod plant;
 mod rapier_plant;
 mod record;
+mod scene;
 mod sense;
+mod simulate;
 mod simulation;
+mod tool_change;
 
-pub use arm::{Surroundings, TwinArm};
-pub use contact::{Contact, Nib};
+pub use arm::TwinArm;
+pub use contact::{Contact, Nib, Touching};
+pub use log::{ArmEnding, ArmLog, ArmStory, Totals};
 pub use options::{PlantKind, TwinOptions};
-pub use plant::{ArticulatedPlant, Plant, TipForce, TipState};
+pub use plant::{ArmPlant, ArticulatedPlant, Plant, TipForce, TipState};
 pub use rapier_plant::RapierPlant;
 pub use record::{ArmRecord, ArmSample, Event, EventKind, Record, StrokeRecord};
+pub use scene::TrueScene;
 pub use sense::Feeling;
-pub use simulation::{ArmEnd, Executed, Guard, Simulation, TwinError, simulate};
+pub use simulate::simulate;
+pub use simulation::{Adjust, ArmSetup, Ended, Simulation, SimulationState, TwinError};
+pub use tool_change::{Holding, ToolEnding};

@@ -1,9 +1,11 @@
 //! The plant: what answers torques and pen forces with motion.
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::control::MeasuredState;
 use crate::math::Pose;
 use crate::robot::{ArmModel, JointVector, Kinematics};
+use crate::twin::RapierPlant;
 
 /// The force that the canvas puts on a pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,25 +38,13 @@ pub trait Plant {
     /// # Errors
     /// The index of the arm whose torques or state stopped being finite.
     fn step(&mut self, torques: &[JointVector], forces: &[TipForce], kinematics: &[Kinematics]) -> Result<(), usize>;
-
-    /// The true pen tip of arm `arm`, whose kinematics and joint speeds are these: on the last link, unless what holds it gives way.
-    fn tip(&self, arm: usize, kinematics: &Kinematics, qd: &JointVector) -> TipState {
-        let _ = arm;
-        let (pose, velocity) = (*kinematics.world_from_tip(), kinematics.tip_velocity(qd));
-        TipState { pose, velocity, mass: f64::INFINITY }
-    }
-
-    /// Whether arm `arm` senses that what it holds has gone.
-    fn has_lost(&self, arm: usize) -> bool {
-        let _ = arm;
-        false
-    }
 }
 
 /// An independent plant: forward dynamics of Calamus's own model. It checks rapier's, and runs long drawings faster.
 ///
 /// Dry joint friction and hard joint limits are impulses found by projected Gauss-Seidel on the new joint speeds;
 /// viscous friction is implicit.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ArticulatedPlant {
     arms: Vec<ArmModel>,
     states: Vec<MeasuredState>,
@@ -63,13 +53,30 @@ pub struct ArticulatedPlant {
     dt: f64,
 }
 
+/// The plant of one arm, as a value.
+#[derive(Clone, Serialize, Deserialize)]
+pub enum ArmPlant {
+    /// rapier's multibody.
+    Rapier(Box<RapierPlant>),
+    /// Calamus's own forward dynamics.
+    Articulated(ArticulatedPlant),
+    /// The world in which the pen in the hand was grasped: it is held by contact and friction.
+    Grasp,
+}
+
 /// Gauss-Seidel sweeps over the friction rows of one arm.
 const SWEEPS: usize = 8;
 
 impl ArticulatedPlant {
     /// Arms at rest at `q0` (one entry an arm), stepped by `dt` s.
     pub fn new(arms: Vec<ArmModel>, q0: &[JointVector], dt: f64) -> Self {
-        let states = q0.iter().map(|q| MeasuredState { q: *q, qd: JointVector::zeros() }).collect();
+        let rest: Vec<_> = q0.iter().map(|q| MeasuredState { q: *q, qd: JointVector::zeros() }).collect();
+        Self::moving(arms, &rest, dt)
+    }
+
+    /// Arms that move as given (one entry an arm), stepped by `dt` s.
+    pub fn moving(arms: Vec<ArmModel>, joints: &[MeasuredState], dt: f64) -> Self {
+        let states = joints.to_vec();
         let impulses = vec![[JointVector::zeros(); 3]; arms.len()];
         Self { arms, states, impulses, dt }
     }

@@ -6,18 +6,22 @@ use rapier3d_f64::prelude::{
     RigidBodyBuilder, RigidBodyHandle,
 };
 
+use serde::{Deserialize, Serialize};
+
 use crate::control::MeasuredState;
 use crate::math::Pose;
 use crate::robot::{ArmModel, GRAVITY, JointKind, JointVector, Kinematics, SpatialInertia};
 use crate::twin::{Plant, TipForce};
 
 /// All arms in one rapier world.
+#[derive(Serialize, Deserialize)]
 pub struct RapierPlant {
     world: PhysicsWorld,
     arms: Vec<RapierArm>,
     states: Vec<MeasuredState>,
 }
 
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct RapierArm {
     bodies: Vec<RigidBodyHandle>,
     joint: MultibodyJointHandle,
@@ -32,10 +36,24 @@ struct RapierArm {
 /// cost a tenth of the step.
 const NEAR_LIMIT: f64 = 0.02;
 
+impl Clone for RapierPlant {
+    /// A copy by way of the engine's own snapshot, which is exact.
+    fn clone(&self) -> Self {
+        let bytes = postcard::to_stdvec(self).expect("the engine's state has a serial form");
+        postcard::from_bytes(&bytes).expect("what was just written can be read")
+    }
+}
+
 impl RapierPlant {
     /// Arms at rest at `q0` (one entry an arm), stepped by `dt` s. `None` when rapier refuses the chain, which it does
     /// for no serial chain of at least one joint.
     pub fn new(arms: &[ArmModel], q0: &[JointVector], dt: f64) -> Option<Self> {
+        let rest: Vec<_> = q0.iter().map(|q| MeasuredState { q: *q, qd: JointVector::zeros() }).collect();
+        Self::moving(arms, &rest, dt)
+    }
+
+    /// The same with arms that move as given (one entry an arm).
+    pub fn moving(arms: &[ArmModel], joints: &[MeasuredState], dt: f64) -> Option<Self> {
         let mut world = PhysicsWorld { gravity: rapier::Vector::new(0.0, 0.0, -GRAVITY), ..Default::default() };
         world.integration_parameters.dt = dt;
         // each iteration is a full substep; one per millisecond is right for arms
@@ -43,13 +61,13 @@ impl RapierPlant {
         world.integration_parameters.contact_recycling = false;
         world.integration_parameters.normalized_prediction_distance = 0.001;
         let mut plant = Self { world, arms: Vec::new(), states: Vec::new() };
-        for (arm, q) in arms.iter().zip(q0) {
-            plant.insert(arm, q)?;
+        for (arm, state) in arms.iter().zip(joints) {
+            plant.insert(arm, state)?;
         }
         Some(plant)
     }
 
-    fn insert(&mut self, arm: &ArmModel, q0: &JointVector) -> Option<()> {
+    fn insert(&mut self, arm: &ArmModel, start: &MeasuredState) -> Option<()> {
         let w = &mut self.world;
         let mut bodies = vec![w.bodies.insert(RigidBodyBuilder::fixed().pose(to_rapier(&arm.world_from_base)))];
         let mut joint = None;
@@ -89,9 +107,14 @@ impl RapierPlant {
                 multibody.armature_mut()[i] = j.armature;
                 multibody.frictions_mut()[i] = j.friction;
             }
-            multibody.apply_displacements(&q0.as_slice()[..n]);
+            multibody.apply_displacements(&start.q.as_slice()[..n]);
             multibody.forward_kinematics(&w.bodies, true);
             multibody.update_rigid_bodies(&mut w.bodies, true);
+            if start.qd != JointVector::zeros() {
+                for i in 0..n {
+                    multibody.generalized_velocity_mut()[i] = start.qd[i];
+                }
+            }
         }
         self.arms.push(RapierArm {
             bodies,
@@ -100,7 +123,7 @@ impl RapierPlant {
             coms: arm.links[1..].iter().map(|l| l.inertia.com).collect(),
             limits: arm.joints.iter().map(|j| [j.lower, j.upper]).collect(),
         });
-        self.states.push(MeasuredState { q: *q0, qd: JointVector::zeros() });
+        self.states.push(*start);
         Some(())
     }
 
@@ -112,6 +135,24 @@ impl RapierPlant {
     /// The engine's world, to put more into it.
     pub(super) fn world_mut(&mut self) -> &mut PhysicsWorld {
         &mut self.world
+    }
+
+    /// Puts arm `arm` where these joints are, with their speeds; what else is in the world stays.
+    pub(super) fn set_arm(&mut self, arm: usize, joints: &MeasuredState) {
+        let w = &mut self.world;
+        let a = &self.arms[arm];
+        let Some((multibody, _)) = w.multibody_joints.get_mut(a.joint) else { return };
+        let mut displacement = vec![0.0; multibody.ndofs()];
+        for i in 0..a.kinds.len() {
+            displacement[i] = joints.q[i] - self.states[arm].q[i];
+        }
+        multibody.apply_displacements(&displacement);
+        for i in 0..a.kinds.len() {
+            multibody.generalized_velocity_mut()[i] = joints.qd[i];
+        }
+        multibody.forward_kinematics(&w.bodies, true);
+        multibody.update_rigid_bodies(&mut w.bodies, true);
+        self.states[arm] = *joints;
     }
 
     /// The body of the last link of arm `arm`.

@@ -16,16 +16,18 @@ pub struct ArmSample {
     pub segment: SegmentKind,
     /// Joint positions, rad, one a joint.
     pub q: Vec<f64>,
-    /// Commanded joint torques, N m.
-    pub torque: Vec<f64>,
+    /// Joint speeds, rad/s, one a joint.
+    pub qd: Vec<f64>,
+    /// Joint torques that act: what was commanded a delay ago, with the torque sensors' noise, N m. Absent where no torque was simulated.
+    pub torque: Option<Vec<f64>>,
     /// True pen-tip position, m, world.
     pub tip: Point3<f64>,
-    /// Wished pen-tip position (the impedance law's set point), m, world.
-    pub tip_desired: Point3<f64>,
-    /// Force of the canvas on the pen, N, world.
-    pub force: Vector3<f64>,
-    /// Normal force, N; 0 without contact.
-    pub normal_force: f64,
+    /// Desired pen-tip position (the law's set point), m, world; absent where the hand changes tools.
+    pub tip_desired: Option<Point3<f64>>,
+    /// Force of the canvas on the pen, N, world; absent where contact with the canvas isn't simulated.
+    pub force: Option<Vector3<f64>>,
+    /// Normal force, N; 0 without contact, absent as the force is.
+    pub normal_force: Option<f64>,
 }
 
 /// What one stroke's `Draw` segment felt, over every physics step of it.
@@ -70,6 +72,21 @@ pub enum EventKind {
     Leave,
     /// A person put in the pen for this ink.
     PenChanged {
+        /// Name of the ink.
+        ink: String,
+    },
+    /// The hand has taken the pen of this ink out of its dock.
+    PenFetched {
+        /// Name of the ink.
+        ink: String,
+    },
+    /// The hand has put the pen of this ink back into its dock.
+    PenReturned {
+        /// Name of the ink.
+        ink: String,
+    },
+    /// The hand has lost the pen of this ink.
+    PenLost {
         /// Name of the ink.
         ink: String,
     },

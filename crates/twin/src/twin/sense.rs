@@ -9,7 +9,7 @@ use crate::robot::{ArmModel, JointVector};
 use crate::skill::Felt;
 
 /// How well an arm feels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Feeling {
     /// Standard deviation of the noise of each reading of the force sensor, N.
     pub force_noise: f64,
@@ -23,6 +23,7 @@ pub struct Feeling {
 const SMOOTHING: f64 = 5.0;
 
 /// A force sensor at the wrist, and the arm's own kinematics.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TipSensor {
     feeling: Feeling,
     rng: ChaCha8Rng,

@@ -1,17 +1,22 @@
-//! The loop: control, contact, ink and physics at 1 kHz, for all arms of a cell.
-use std::time::Instant;
+//! The loop of one arm: control, contact, ink and physics at 1 kHz. It owns all that it needs, and goes on from task to task.
+use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
+use crate::control::LawOptions;
 use crate::control::{MeasuredState, Reference};
-use crate::ink::{InkRecorder, InkTrace, TraceInk};
-use crate::math::{Digest, Rgb, stream};
-use crate::pen::LayerPen;
-use crate::plan::{Plan, SegmentKind};
+use crate::math::{Rgb, stream};
+use crate::plan::{MotionSample, SegmentKind};
 use crate::robot::{ArmModel, JointVector, Kinematics};
-use crate::skill::Felt;
-use crate::twin::arm::{ArmRun, Surroundings, TwinArm};
+use crate::skill::{Felt, Move};
+use crate::truth::TrueGripper;
+use crate::twin::arm::{ArmState, Disturbance, Moment, TwinArm};
+use crate::twin::grasp::{DockState, Held};
+use crate::twin::log::{ArmEnding, ArmLog};
 use crate::twin::sense::TipSensor;
 use crate::twin::{
-    ArticulatedPlant, Event, EventKind, Feeling, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions,
+    ArmPlant, ArticulatedPlant, Event, EventKind, Feeling, Plant, PlantKind, RapierPlant, TipForce, TipState,
+    TrueScene, TwinOptions,
 };
 
 /// Why a simulation ended early.
@@ -21,273 +26,386 @@ pub enum TwinError {
     /// The physics blew up.
     #[error("arm {arm} stopped being finite at {time:.3} s: its controller is unstable (stiffness or delay too high?)")]
     NotFinite {
-        /// Index of the arm.
-        arm: usize,
+        /// Name of the arm.
+        arm: String,
         /// Simulated time, s.
         time: f64,
     },
     /// rapier takes no such chain.
     #[error("rapier refused the robot's chain of joints")]
     Refused,
-    /// The plan is for other arms.
-    #[error("the plan is for {planned} arms, the cell has {arms}")]
-    ArmCount {
-        /// Arms in the plan.
-        planned: usize,
-        /// Arms in the cell.
-        arms: usize,
+    /// The physics of a grasp broke.
+    #[error("a tool change of arm {arm}: {source}")]
+    Grasp {
+        /// Name of the arm.
+        arm: String,
+        /// Why.
+        source: crate::twin::grasp::GraspError,
+    },
+    /// A tool makes no solid.
+    #[error("the pen tool: {0}")]
+    Tool(crate::mesh::MeshError),
+    /// A tool change without a gripper, or without a pen in the hand.
+    #[error("arm {arm} can't change tools here: it has no gripper, or not the pen that is asked for")]
+    NoTool {
+        /// Name of the arm.
+        arm: String,
     },
 }
 
-/// A guarded move: it ends when an arm feels something.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guard {
-    /// Force along the pen at which motion stops, N.
-    pub force: f64,
-}
-
-/// How an execution ended.
+/// How a motion ended.
 #[derive(Clone, Debug)]
-pub struct Executed {
-    /// Time, s, from the start of the simulation.
+pub struct Ended {
+    /// Time, s.
     pub time: f64,
-    /// The arm whose guard stopped it, if one did.
-    pub stopped: Option<usize>,
-    /// The arm that stopped it because it has lost its pen, if one did.
-    pub lost: Option<usize>,
-    /// One entry an arm.
-    pub arms: Vec<ArmEnd>,
-}
-
-/// Where an arm is, and what it felt on the way there.
-#[derive(Clone, Debug)]
-pub struct ArmEnd {
-    /// What was wished last: the next motion should go on from here.
+    /// Whether its guard stopped it.
+    pub stopped: bool,
+    /// Whether the arm has lost its pen.
+    pub lost: bool,
+    /// Whether a pen that was taken to be held as one body with the hand was loaded with more than its grasp withstands.
+    pub overloaded: bool,
+    /// What was desired last: the next motion should go on from here.
     pub reference: Reference,
-    /// What the joint sensors tell.
-    pub measured: MeasuredState,
-    /// Touches, in time order; empty unless the arms were told to feel.
+    /// Touches, in time order; empty unless the arm was told to feel.
     pub felt: Vec<Felt>,
-    /// Largest normal force on the pen, N.
-    pub peak: f64,
 }
 
-/// A simulation that goes on from plan to plan, so that later plans can follow from what earlier ones met.
-pub struct Simulation<'a> {
-    world: &'a Surroundings<'a>,
-    models: Vec<ArmModel>,
-    runs: Vec<ArmRun>,
-    plant: Box<dyn Plant>,
-    kinematics: Vec<Kinematics>,
-    torques: Vec<JointVector>,
-    forces: Vec<TipForce>,
-    events: Vec<Event>,
-    step: u64,
+/// One arm as a simulation begins with it.
+pub struct ArmSetup {
+    /// Index of the arm among those that draw.
+    pub index: usize,
+    /// The true arm.
+    pub model: ArmModel,
+    /// The arm as it believes itself to be.
+    pub believed: ArmModel,
+    /// Joints at the start, at rest, rad.
+    pub start: JointVector,
+    /// The layer whose pen it holds, or will hold first.
+    pub layer: usize,
+    /// Its hand, docks and tools, if it has a gripper.
+    pub gripper: Option<Arc<TrueGripper>>,
+    /// Colours of the layers' inks.
+    pub colors: Vec<Rgb>,
+}
+
+/// All that changes in the simulation of one arm.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct SimulationState {
+    pub(super) step: u64,
+    pub(super) arm: ArmState,
+    pub(super) plant: ArmPlant,
+    /// The pen in the hand, with the world in which it was grasped.
+    pub(super) held: Option<Held>,
+    pub(super) docks: Vec<DockState>,
+}
+
+/// A simulation of one arm that goes on from task to task, so that later tasks can follow from what earlier ones met.
+pub struct Simulation {
+    pub(super) scene: Arc<TrueScene>,
+    pub(super) gripper: Option<Arc<TrueGripper>>,
+    pub(super) colors: Vec<Rgb>,
+    pub(super) law: LawOptions,
+    pub(super) options: TwinOptions,
+    pub(super) state: SimulationState,
+    kinematics: Kinematics,
+    pub(super) log: ArmLog,
     stride: u64,
-    options: TwinOptions,
-    started: Instant,
 }
 
-impl<'a> Simulation<'a> {
-    /// Arms at rest at their starts; each holds the pen of its layer in `layers`.
+impl Simulation {
+    /// An arm at rest.
+    ///
+    /// # Errors
+    /// rapier refuses the chain.
     pub fn new(
-        arms: Vec<TwinArm>,
-        layers: &[usize],
-        world: &'a Surroundings<'a>,
+        setup: ArmSetup,
+        scene: Arc<TrueScene>,
+        law: LawOptions,
         options: &TwinOptions,
     ) -> Result<Self, TwinError> {
-        if layers.len() != arms.len() {
-            return Err(TwinError::ArmCount { planned: layers.len(), arms: arms.len() });
-        }
-        let started = Instant::now();
-        let dt = options.dt;
-        let models: Vec<ArmModel> = arms.iter().map(|a| a.model.clone()).collect();
-        let q0: Vec<JointVector> = arms.iter().map(|a| a.start).collect();
-        let plant = plant(&models, &q0, options)?;
-        let kinematics = models.iter().zip(&q0).map(|(m, q)| m.kinematics(q)).collect();
-        let runs: Vec<ArmRun> = arms
-            .into_iter()
-            .zip(layers)
-            .enumerate()
-            .map(|(i, (arm, layer))| start(i, arm, *layer, world.pens, options))
-            .collect();
-        Ok(Self {
-            world,
-            plant,
-            kinematics,
-            torques: vec![JointVector::zeros(); runs.len()],
-            forces: vec![TipForce::default(); runs.len()],
-            models,
-            runs,
-            events: Vec::new(),
-            step: 0,
-            stride: ((options.sample_period / dt).round() as u64).max(1),
-            options: options.clone(),
-            started,
-        })
+        let ArmSetup { index, model, believed, start, layer, gripper, colors } = setup;
+        let rest = MeasuredState { q: start, qd: JointVector::zeros() };
+        let plant = plant(&model, &rest, options)?;
+        let noise = (options.torque_noise > 0.0).then(|| {
+            (stream(options.seed, &format!("torque noise of {}", model.name), index as u64), options.torque_noise)
+        });
+        let delay_steps = (options.delay / options.dt).round().max(0.0) as usize;
+        let disturbance = Disturbance { delay_steps, noise };
+        let docks = gripper.as_ref().map_or_else(Vec::new, |g| DockState::all(g));
+        let kinematics = model.kinematics(&start);
+        let twin = TwinArm { model, controller: law.controller(believed) };
+        let arm = ArmState::new(index, twin, start, layer, &scene.pens, disturbance);
+        let state = SimulationState { step: 0, arm, plant, held: None, docks };
+        let stride = ((options.sample_period / options.dt).round() as u64).max(1);
+        let options = options.clone();
+        Ok(Self { scene, gripper, colors, law, options, state, kinematics, log: ArmLog::default(), stride })
     }
 
-    /// Lets every arm feel what its pen touches; each has its own stream of noise.
-    pub fn feel(&mut self, feeling: Feeling) {
-        for (i, run) in self.runs.iter_mut().enumerate() {
-            let name = format!("force noise of {}", run.arm.model.name);
-            run.feel(TipSensor::new(feeling, stream(self.options.seed, &name, i as u64)));
-        }
+    /// All that changes in it.
+    pub fn state(&self) -> &SimulationState {
+        &self.state
+    }
+
+    /// Goes on from a state of this simulation, with an empty log.
+    pub fn restore(&mut self, state: SimulationState) {
+        self.state = state;
+        self.log = ArmLog::default();
+        self.refresh();
+    }
+
+    /// Lets the arm feel what its pen touches, with a stream of noise of its own.
+    pub fn feel(&mut self, feeling: Feeling, index: usize) {
+        let name = format!("force noise of {}", self.state.arm.model.name);
+        self.state.arm.feel(TipSensor::new(feeling, stream(self.options.seed, &name, index as u64)));
     }
 
     /// Time, s.
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.options.dt
+        self.state.step as f64 * self.options.dt
     }
 
-    /// Goes on with `twin` as arm `arm`, at rest at its start, with the pen of `layer`: the same arm with something else in its
-    /// hand. The other arms stand still where they are.
+    /// Steps since the run began.
+    pub fn step(&self) -> u64 {
+        self.state.step
+    }
+
+    /// Name of the arm.
+    pub fn name(&self) -> &str {
+        &self.state.arm.model.name
+    }
+
+    /// Length of a step, s.
+    pub fn step_length(&self) -> f64 {
+        self.options.dt
+    }
+
+    /// Whether a motion is under way.
+    pub fn is_under_way(&self) -> bool {
+        self.state.arm.is_entered()
+    }
+
+    /// When the timeline under way began, s.
+    pub fn timeline_began(&self) -> f64 {
+        self.time() - self.state.arm.since(self.time())
+    }
+
+    /// Whether the arm fetches its pens.
+    pub fn fetches(&self) -> bool {
+        self.gripper.is_some()
+    }
+
+    /// Moves lines that have ended to the log.
+    pub fn drain(&mut self) {
+        self.state.arm.drain(&mut self.log);
+    }
+
+    /// From now on the pen in the hand is held by contact and friction alone; with a time (s) after which the fingers open by mistake.
+    pub fn hold_by_friction(&mut self, opens_after: Option<f64>) {
+        let (joints, desired) = (self.joints(), self.desired().q);
+        if let Some(held) = &mut self.state.held {
+            held.meet(&joints, &desired, false);
+            held.hold_by_friction(opens_after);
+            self.state.plant = ArmPlant::Grasp;
+        }
+        self.refresh();
+    }
+
+    /// The layer whose pen the hand holds; `None` of a hand that fetches its pens and is empty.
+    pub fn holds(&self) -> Option<usize> {
+        match (&self.gripper, &self.state.held) {
+            (Some(_), None) => None,
+            _ => Some(self.state.arm.layer()),
+        }
+    }
+
+    /// What was desired last.
+    pub fn desired(&self) -> MotionSample {
+        let d = self.state.arm.desired();
+        MotionSample { q: d.q, qd: d.qd, qdd: d.qdd }
+    }
+
+    /// True joint state.
+    pub fn measured(&self) -> MeasuredState {
+        self.joints()
+    }
+
+    /// What happened since this was last called.
+    pub fn take_log(&mut self) -> ArmLog {
+        std::mem::take(&mut self.log)
+    }
+
+    /// How the arm stands now.
+    pub fn ending(&self) -> ArmEnding {
+        self.state.arm.ending(self.time(), &self.joints())
+    }
+
+    /// The arm stands with its brakes on until `step`: only its pen dries.
+    pub fn stand_until(&mut self, step: u64) {
+        let Some(steps) = step.checked_sub(self.state.step).filter(|s| *s > 0) else { return };
+        let time = self.time();
+        let kind = EventKind::Segment { kind: SegmentKind::Wait };
+        self.log.events.push(Event { time, arm: self.index(), stroke: None, kind });
+        self.state.arm.let_dry(steps as f64 * self.options.dt);
+        self.state.step = step;
+    }
+
+    /// Index of the arm among those that draw.
+    pub fn index(&self) -> usize {
+        self.state.arm.index()
+    }
+
+    /// Goes on with a motion for at most `most` steps: how it ended, or `None` while it is under way. With a `guard` (N) it ends at the
+    /// step after the arm felt that force; and always when the arm loses its pen. `adjust` hears the reference and the felt force (N)
+    /// once every so many steps, and gives the reference that is to hold.
     ///
     /// # Errors
-    /// rapier refuses the chain.
-    pub fn go_on_as(&mut self, arm: usize, twin: TwinArm, layer: usize) -> Result<(), TwinError> {
-        let mut q: Vec<JointVector> = (0..self.runs.len()).map(|a| self.plant.state(a).q).collect();
-        q[arm] = twin.start;
-        self.models[arm] = twin.model.clone();
-        self.plant = plant(&self.models, &q, &self.options)?;
-        self.kinematics[arm] = twin.model.kinematics(&twin.start);
-        self.runs[arm].go_on_as(twin, layer, self.world.pens);
-        Ok(())
-    }
-
-    /// Goes on in another plant, in which every arm stands where it does in this one or as near as makes no difference.
-    pub fn go_on_in(&mut self, plant: Box<dyn Plant>) {
-        self.plant = plant;
-    }
-
-    /// Lets time pass in which arm `arm` is moved by something else, which is recorded: through `joints` (rad), `period` s apart.
-    /// The others stand still.
-    pub fn pass(&mut self, arm: usize, kind: SegmentKind, duration: f64, period: f64, joints: &[JointVector]) {
-        let time = self.time();
-        self.events.push(Event { time, arm, stroke: None, kind: EventKind::Segment { kind } });
-        self.runs[arm].note_motion(kind, time, period, joints);
-        self.step += (duration / self.options.dt).round() as u64;
-    }
-
-    /// Lets arm `arm` wait for `time` s with its pen in the open. Nothing else passes: the time is somebody else's.
-    pub fn let_dry(&mut self, arm: usize, time: f64) {
-        self.runs[arm].let_dry(time);
-    }
-
-    /// Executes a plan from here on; its own time starts at 0. Arms should be where it starts. With a `guard` it ends at the
-    /// step after an arm felt the guard's force; and always when an arm loses its pen.
+    /// The physics blew up.
     pub fn execute(
         &mut self,
-        plan: &Plan,
-        guard: Option<Guard>,
-        progress: &mut dyn FnMut(f64),
-    ) -> Result<Executed, TwinError> {
-        if plan.arms.len() != self.runs.len() {
-            return Err(TwinError::ArmCount { planned: plan.arms.len(), arms: self.runs.len() });
+        movement: &Move,
+        guard: Option<f64>,
+        most: u64,
+        mut adjust: Option<Adjust>,
+    ) -> Result<Option<Ended>, TwinError> {
+        let time = self.time();
+        if movement.begins && !self.state.arm.is_entered() {
+            self.state.arm.begin_timeline(time, self.state.step);
         }
-        let dt = self.options.dt;
-        let began = self.time();
-        for run in &mut self.runs {
-            run.begin(began);
-        }
-        let steps = (plan.duration() / dt).ceil() as u64 + 1;
-        let (mut stopped, mut lost) = (None, None);
-        for _ in 0..steps {
-            let time = self.time();
-            self.advance(plan, time)?;
-            if self.step.is_multiple_of(1000) {
-                progress(time);
+        self.state.arm.enter(&movement.segment, time, &self.scene, &mut self.log);
+        for _ in 0..most {
+            if self.is_over(movement) {
+                return Ok(Some(self.leave(Stop::default())));
             }
-            self.step += 1;
-            stopped = guard.and_then(|g| self.runs.iter().position(|r| r.felt_force() > g.force));
-            lost = (0..self.runs.len()).find(|a| self.plant.has_lost(*a));
-            if stopped.is_some() || lost.is_some() {
-                break;
+            let overloaded = self.advance(movement)?;
+            self.state.step += 1;
+            if let Some(adjust) = &mut adjust
+                && self.state.step.is_multiple_of(adjust.period)
+            {
+                let reference = *self.state.arm.desired();
+                let corrected = (adjust.correct)(reference, self.state.arm.felt_force());
+                self.state.arm.correct(corrected.q - reference.q);
+            }
+            let stopped = guard.is_some_and(|force| self.state.arm.felt_force() > force);
+            let lost = self.state.held.as_ref().is_some_and(Held::is_lost);
+            if stopped || lost || overloaded {
+                return Ok(Some(self.leave(Stop { stopped, lost, overloaded })));
             }
         }
-        let arms = self.runs.iter_mut().enumerate().map(|(a, run)| {
-            let (reference, felt, peak) = run.end();
-            ArmEnd { reference, measured: *self.plant.state(a), felt, peak }
-        });
-        let arms = arms.collect();
-        Ok(Executed { time: self.time(), stopped, lost, arms })
+        Ok(None)
     }
 
-    /// One step of all arms.
-    fn advance(&mut self, plan: &Plan, time: f64) -> Result<(), TwinError> {
-        let dt = self.options.dt;
-        for (a, run) in self.runs.iter_mut().enumerate() {
-            let sample = self.step.is_multiple_of(self.stride);
-            let (state, k) = (self.plant.state(a), &self.kinematics[a]);
-            let tip = self.plant.tip(a, k, &state.qd);
-            let out = run.step(&plan.arms[a].segments, time, dt, state, k, &tip, self.world, sample, &mut self.events);
-            self.torques[a] = out.torque;
-            self.forces[a] = out.force;
+    /// Whether a motion has come to its end: the last of a timeline settles for one step.
+    fn is_over(&self, movement: &Move) -> bool {
+        let end = movement.segment.end();
+        if movement.ends {
+            let steps = (end / self.options.dt).ceil() as u64 + 1;
+            self.state.step - self.state.arm.began_step >= steps
+        } else {
+            self.state.arm.since(self.time()) >= end
         }
-        self.plant
-            .step(&self.torques, &self.forces, &self.kinematics)
-            .map_err(|arm| TwinError::NotFinite { arm, time })?;
-        for (a, model) in self.models.iter().enumerate() {
-            self.kinematics[a] = model.kinematics(&self.plant.state(a).q);
-        }
-        Ok(())
     }
 
-    /// What happened. `colors` are those of the layers' inks.
-    pub fn finish(self, colors: &[Rgb]) -> Record {
-        let mut records = Vec::new();
-        let mut spent: Vec<InkRecorder> = Vec::new();
-        for (a, run) in self.runs.into_iter().enumerate() {
-            let (record, recorders) = run.finish(self.plant.state(a));
-            records.push(record);
-            spent.extend(recorders);
+    fn leave(&mut self, stop: Stop) -> Ended {
+        let felt = self.state.arm.leave(&mut self.log);
+        let Stop { stopped, lost, overloaded } = stop;
+        Ended { time: self.time(), stopped, lost, overloaded, reference: *self.state.arm.desired(), felt }
+    }
+
+    /// One step. Whether what the hand holds was loaded with more than its grasp withstands.
+    fn advance(&mut self, movement: &Move) -> Result<bool, TwinError> {
+        let (time, dt) = (self.time(), self.options.dt);
+        let measured = self.joints();
+        let tip = self.tip(&measured);
+        let now = Moment {
+            segment: &movement.segment,
+            time,
+            dt,
+            state: &measured,
+            kinematics: &self.kinematics,
+            tip: &tip,
+            scene: &self.scene,
+            sample: self.state.step.is_multiple_of(self.stride),
+        };
+        let out = self.state.arm.step(&now, &mut self.log);
+        let s = &mut self.state;
+        let finite = match (&mut s.plant, &mut s.held) {
+            (ArmPlant::Rapier(p), _) => p.step(&[out.torque], &[out.force], &[self.kinematics]).is_ok(),
+            (ArmPlant::Articulated(p), _) => p.step(&[out.torque], &[out.force], &[self.kinematics]).is_ok(),
+            (ArmPlant::Grasp, Some(held)) => held.drive(&out.torque, &out.force, &self.kinematics).is_ok(),
+            (ArmPlant::Grasp, None) => false,
+        };
+        if !finite {
+            return Err(TwinError::NotFinite { arm: self.state.arm.model.name.clone(), time });
         }
-        let pens = self.world.pens.iter().zip(colors);
-        let ink = InkTrace::merged(pens.map(|(p, c)| TraceInk { name: p.ink.clone(), color: *c }).collect(), spent);
-        let mut digest = Digest::new();
-        for r in &records {
-            digest.numbers(&r.final_q).numbers(&r.final_qd).numbers([&r.max_force]);
+        self.refresh();
+        Ok(self.overloaded(&out.force, &measured))
+    }
+
+    /// Whether the pen, taken to be one body with the hand, is loaded with more than its grasp withstands.
+    fn overloaded(&self, force: &TipForce, before: &MeasuredState) -> bool {
+        let Some(held) = self.state.held.as_ref().filter(|_| !matches!(self.state.plant, ArmPlant::Grasp)) else {
+            return false;
+        };
+        held.is_overloaded(&self.kinematics, force, [before, &self.joints()], self.options.dt)
+    }
+
+    /// The kinematics of the present joints.
+    pub(super) fn refresh(&mut self) {
+        self.kinematics = self.state.arm.model.kinematics(&self.joints().q);
+    }
+
+    pub(super) fn joints(&self) -> MeasuredState {
+        match (&self.state.plant, &self.state.held) {
+            (ArmPlant::Rapier(p), _) => *p.state(0),
+            (ArmPlant::Articulated(p), _) => *p.state(0),
+            (ArmPlant::Grasp, Some(held)) => *held.world().state(),
+            (ArmPlant::Grasp, None) => MeasuredState { q: self.state.arm.desired().q, qd: JointVector::zeros() },
         }
-        ink.digest(&mut digest);
-        Record {
-            arms: records,
-            events: self.events,
-            ink,
-            steps: self.step,
-            simulated: self.step as f64 * self.options.dt,
-            wall: self.started.elapsed().as_secs_f64(),
-            digest: digest.hex(),
+    }
+
+    fn tip(&self, measured: &MeasuredState) -> TipState {
+        match (&self.state.plant, &self.state.held) {
+            (ArmPlant::Grasp, Some(held)) => held.tip(),
+            _ => {
+                let k = &self.kinematics;
+                let (pose, velocity) = (*k.world_from_tip(), k.tip_velocity(&measured.qd));
+                TipState { pose, velocity, mass: f64::INFINITY }
+            }
         }
+    }
+
+    /// The plant of the present model, its joints as they are.
+    pub(super) fn plant_of(&self, model: &ArmModel, joints: &MeasuredState) -> Result<ArmPlant, TwinError> {
+        plant(model, joints, &self.options)
     }
 }
 
-/// Runs `plan` on the true arms and canvas. `colors` are those of the layers' inks; `progress` is told the simulated
-/// time (s) now and then.
-pub fn simulate(
-    arms: Vec<TwinArm>,
-    plan: &Plan,
-    world: &Surroundings,
-    colors: &[Rgb],
-    options: &TwinOptions,
-    progress: &mut dyn FnMut(f64),
-) -> Result<Record, TwinError> {
-    let layers: Vec<usize> = plan.arms.iter().map(|a| a.segments.first().map_or(0, |s| s.layer)).collect();
-    let mut simulation = Simulation::new(arms, &layers, world, options)?;
-    simulation.execute(plan, None, progress)?;
-    Ok(simulation.finish(colors))
+/// A correction of the reference within a motion.
+pub struct Adjust<'a> {
+    /// Steps between two corrections.
+    pub period: u64,
+    /// The reference that is to hold, from the present one and the felt force, N.
+    pub correct: &'a mut dyn FnMut(Reference, f64) -> Reference,
 }
 
-fn plant(models: &[ArmModel], q0: &[JointVector], options: &TwinOptions) -> Result<Box<dyn Plant>, TwinError> {
+/// Why a motion ended before its time.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stop {
+    stopped: bool,
+    lost: bool,
+    overloaded: bool,
+}
+
+fn plant(model: &ArmModel, joints: &MeasuredState, options: &TwinOptions) -> Result<ArmPlant, TwinError> {
     Ok(match options.plant {
-        PlantKind::Rapier => Box::new(RapierPlant::new(models, q0, options.dt).ok_or(TwinError::Refused)?),
-        PlantKind::Articulated => Box::new(ArticulatedPlant::new(models.to_vec(), q0, options.dt)),
+        PlantKind::Rapier => {
+            let plant = RapierPlant::moving(std::slice::from_ref(model), std::slice::from_ref(joints), options.dt);
+            ArmPlant::Rapier(Box::new(plant.ok_or(TwinError::Refused)?))
+        }
+        PlantKind::Articulated => ArmPlant::Articulated(ArticulatedPlant::moving(
+            vec![model.clone()],
+            std::slice::from_ref(joints),
+            options.dt,
+        )),
     })
-}
-
-fn start(index: usize, arm: TwinArm, layer: usize, pens: &[LayerPen], options: &TwinOptions) -> ArmRun {
-    let noise = (options.torque_noise > 0.0).then(|| {
-        (stream(options.seed, &format!("torque noise of {}", arm.model.name), index as u64), options.torque_noise)
-    });
-    let delay_steps = (options.delay / options.dt).round().max(0.0) as usize;
-    ArmRun::new(index, arm, layer, pens, delay_steps, noise, options.sample_period)
 }

@@ -29,6 +29,7 @@ const SCISSOR_STIFFNESS: f64 = 50.0;
 /// From the first joint to the fingertip's middle, m: speed of the tip over speed of the joint.
 const LEVER: f64 = 0.0963;
 
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct Joint {
     /// Index of the link in the multibody.
     link: usize,
@@ -38,6 +39,7 @@ struct Joint {
 }
 
 /// A hand in a world.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Hand {
     joint: MultibodyJointHandle,
     /// Bodies that belong to the hand, the palm's first.

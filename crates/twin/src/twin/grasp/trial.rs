@@ -1,60 +1,14 @@
 //! A trial of the tool change: pick, hold, return, with a random error between the dock and what the robot believes.
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
-use super::{DT, GraspError, GraspWorld, Variation};
-use crate::math::{Pose, stream, unit};
+use super::world::Beginning;
+use super::{DT, GraspError, GraspWorld};
+use crate::math::{Pose, stream};
 use crate::robot::{ArmModel, JointVector};
 use crate::skill::{Carrier, ChangeOptions, HandCommand, HandModel, Order, Stage, ToolChange, grip_from_held};
 use crate::tool::ToolSet;
-
-/// How the dock stands off from where the robot believes it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DockError {
-    /// m, dock frame, at the height of the gripper's middle.
-    pub xyz: [f64; 3],
-    /// Roll, pitch and yaw about the pen's axis there, rad.
-    pub rpy: [f64; 3],
-}
-
-/// Half widths of the uniform distributions that dock errors are drawn from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorRanges {
-    /// Along x and y each, m.
-    pub xy: f64,
-    /// Along z, m.
-    pub z: f64,
-    /// Of roll and pitch each, rad.
-    pub tilt: f64,
-    /// Of yaw, rad.
-    pub yaw: f64,
-}
-
-impl ErrorRanges {
-    /// +-3 mm across, +-1 mm in height, +-3 degrees of tilt, +-5 degrees of yaw.
-    pub fn usual() -> Self {
-        Self { xy: 3e-3, z: 1e-3, tilt: 3.0_f64.to_radians(), yaw: 5.0_f64.to_radians() }
-    }
-
-    /// No error at all.
-    pub fn none() -> Self {
-        Self { xy: 0.0, z: 0.0, tilt: 0.0, yaw: 0.0 }
-    }
-
-    /// All ranges `factor` times as wide.
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self { xy: self.xy * factor, z: self.z * factor, tilt: self.tilt * factor, yaw: self.yaw * factor }
-    }
-
-    /// The error of trial `seed`.
-    pub fn draw(&self, seed: u64) -> DockError {
-        let mut rng = stream(seed, "dock_error", 0);
-        let mut within = |half: f64| half * (2.0 * unit(&mut rng) - 1.0);
-        DockError {
-            xyz: [within(self.xy), within(self.xy), within(self.z)],
-            rpy: [within(self.tilt), within(self.tilt), within(self.yaw)],
-        }
-    }
-}
+use crate::truth::{DockError, ErrorRanges, TrueGripper, Variation};
 
 /// What a trial is made with.
 #[derive(Clone, Debug)]
@@ -71,6 +25,8 @@ pub struct TrialSetup {
     pub options: ChangeOptions,
     /// What is true but not believed, beside the dock's error.
     pub variation: Variation,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
 }
 
 impl TrialSetup {
@@ -80,7 +36,7 @@ impl TrialSetup {
         let world_from_dock = Pose::translation(0.5, 0.0, 0.3);
         let options = ChangeOptions::default();
         let carrier = Carrier::gantry(&hand, &Pose::translation(0.3, 0.0, 0.3));
-        Self { set, hand, carrier, world_from_dock, options, variation: Variation::default() }
+        Self { set, hand, carrier, world_from_dock, options, variation: Variation::default(), seed: 0 }
     }
 
     /// A hand on the flange of `arm` (its tip frame, z outwards), before a dock at `world_from_dock`, sought from the joints `home`.
@@ -88,7 +44,7 @@ impl TrialSetup {
         let hand = HandModel::robotiq_3f();
         let carrier = Carrier::new(arm, &hand, home);
         let options = ChangeOptions::default();
-        Self { set, hand, carrier, world_from_dock, options, variation: Variation::default() }
+        Self { set, hand, carrier, world_from_dock, options, variation: Variation::default(), seed: 0 }
     }
 
     /// Where the dock truly stands.
@@ -104,21 +60,42 @@ impl TrialSetup {
     /// # Errors
     /// See [`GraspWorld::new`].
     pub fn world(&self, error: &DockError) -> Result<(GraspWorld, ToolChange), GraspError> {
-        let start = self.options.ready(&self.world_from_dock);
+        let ready = self.options.ready(&self.world_from_dock);
         let v = &self.variation;
         let (carrier, hand, set) = (v.carrier(&self.carrier), v.hand(&self.hand), v.set(&self.set));
-        let mut world = GraspWorld::new(&carrier, &hand, &set, &start, &self.true_dock(error))?;
-        world.set_noise(v.noise);
-        let change = ToolChange::new(Order::Pick, &self.hand, &self.set, &self.world_from_dock, &start, &self.options);
+        let mut world = GraspWorld::new(&carrier, &hand, &set, &ready, &self.true_dock(error))?;
+        world.set_senses(v.noise, stream(self.seed, "senses of a trial", 0));
+        let change = ToolChange::new(Order::Pick, &self.hand, &self.set, &self.world_from_dock, &ready, &self.options);
         for _ in 0..SETTLE {
-            world.step(&start, &HandCommand::open())?;
+            world.step(&ready, &HandCommand::open())?;
         }
         Ok((world, change))
+    }
+
+    /// The tool change of an arm at one of its docks, as the robot believes it to be and as it is.
+    pub(crate) fn of(gripper: &TrueGripper, dock: usize) -> Self {
+        let kit = gripper.kit();
+        Self {
+            set: kit.set.clone(),
+            hand: kit.hand.clone(),
+            carrier: kit.carrier(),
+            world_from_dock: kit.docks[dock],
+            options: kit.change.clone(),
+            variation: gripper.variation(dock),
+            seed: 0,
+        }
+    }
+
+    /// The world in which an arm goes on from `beginning`.
+    pub(super) fn world_from(&self, beginning: &Beginning) -> Result<GraspWorld, GraspError> {
+        let v = &self.variation;
+        let (carrier, hand, set) = (v.carrier(&self.carrier), v.hand(&self.hand), v.set(&self.set));
+        GraspWorld::begin(&carrier, &hand, &set, beginning)
     }
 }
 
 /// Steps in which the tool comes to rest in its dock.
-const SETTLE: u32 = 200;
+pub(super) const SETTLE: u32 = 200;
 /// Largest offset (m) and turn (rad) of a tool in the hand that is grasped well.
 const GOOD_GRASP: [f64; 2] = [1e-3, 0.0175];
 /// A tool farther than this from where it should be is no longer there, m.
@@ -127,7 +104,7 @@ pub const LEFT: f64 = 0.02;
 pub const GOOD_SEAT: f64 = 1e-3;
 
 /// The pose of the tool in the hand at the end of a stage, against the design.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StagePose {
     /// The stage.
     pub stage: Stage,
@@ -138,6 +115,13 @@ pub struct StagePose {
 }
 
 impl StagePose {
+    /// How the tool of `set` is in the hand now.
+    pub(super) fn of(set: &ToolSet, stage: Stage, world: &GraspWorld) -> Self {
+        let off = grip_from_held(set).inverse() * world.grip_from_tool();
+        let (roll, pitch, yaw) = off.rotation.euler_angles();
+        Self { stage, xyz: off.translation.vector.into(), rpy: [roll, pitch, yaw] }
+    }
+
     /// Whether the tool sits well in a hand that has grasped it fully.
     pub fn is_good(&self) -> bool {
         let [far, turned] = GOOD_GRASP;
@@ -194,7 +178,7 @@ impl TrialOutcome {
 /// # Errors
 /// See [`GraspError`]; a grasp that fails is an outcome, not an error.
 pub fn tool_change_trial(seed: u64, ranges: &ErrorRanges, setup: &TrialSetup) -> Result<TrialOutcome, GraspError> {
-    setup.run(&ranges.draw(seed))
+    setup.run(&ranges.draw(&mut stream(seed, "dock error", 0)))
 }
 
 /// A world after a pick, well or badly ended.
@@ -302,9 +286,7 @@ impl TrialSetup {
     }
 
     pub(super) fn stage_pose(&self, stage: Stage, world: &GraspWorld) -> StagePose {
-        let off = self.grip_from_held().inverse() * world.grip_from_tool();
-        let (roll, pitch, yaw) = off.rotation.euler_angles();
-        StagePose { stage, xyz: off.translation.vector.into(), rpy: [roll, pitch, yaw] }
+        StagePose::of(&self.set, stage, world)
     }
 }
 

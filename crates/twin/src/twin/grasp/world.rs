@@ -1,18 +1,22 @@
 //! A world in which a hand on an arm meets a pen tool and its dock: contact and friction, nothing glued.
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
+use rand_chacha::ChaCha8Rng;
 use rapier3d_f64::dynamics::FrictionModel;
 use rapier3d_f64::prelude::{
     CoefficientCombineRule, ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
 
-use super::variation::NoiseSource;
-use super::{Hand, SensorNoise};
+use super::Hand;
+use super::noise::NoiseSource;
+use serde::{Deserialize, Serialize};
+
 use crate::control::{ImpedanceController, MeasuredState, Reference};
-use crate::math::Pose;
+use crate::math::{Pose, stream};
 use crate::mesh::TriMesh;
 use crate::robot::{ArmModel, GRAVITY, JointVector, Kinematics};
 use crate::skill::{Carrier, HandCommand, HandModel, HandState, Senses, tool_from_pen, toward};
 use crate::tool::{ConvexPart, ToolSet};
+use crate::truth::SensorNoise;
 use crate::twin::rapier_plant::{to_rapier, to_rapier_vector};
 use crate::twin::{Plant, RapierPlant, TipForce};
 
@@ -46,7 +50,21 @@ pub enum GraspError {
     },
 }
 
+/// How a hand, a tool and its dock stand when a tool change begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beginning {
+    /// True joints of the arm.
+    pub joints: MeasuredState,
+    /// Joints that were desired last, rad.
+    pub desired: JointVector,
+    /// The dock: pose of the tool seated in it, world.
+    pub dock: Pose,
+    /// The tool, world.
+    pub tool: Pose,
+}
+
 /// Arm, hand, tool and dock.
+#[derive(Clone, Serialize, Deserialize)]
 pub struct GraspWorld {
     plant: RapierPlant,
     model: ArmModel,
@@ -55,11 +73,15 @@ pub struct GraspWorld {
     hand: Hand,
     tool: RigidBodyHandle,
     dock: Option<RigidBodyHandle>,
-    wish: JointVector,
-    wish_qd: JointVector,
+    desired: JointVector,
+    desired_qd: JointVector,
     wrench: Vector6<f64>,
     pull: Vector3<f64>,
+    /// Joint torques of the last step, N m.
+    torque: JointVector,
     noise: NoiseSource,
+    /// How far the hand is from where its joints tell, m, world.
+    approach_error: Vector3<f64>,
     steps: u64,
     set: ToolSet,
 }
@@ -77,7 +99,28 @@ impl GraspWorld {
         world_from_dock: &Pose,
     ) -> Result<Self, GraspError> {
         let q = carrier.joints_for(grip).ok_or(GraspError::Unreachable)?;
-        let mut plant = RapierPlant::new(std::slice::from_ref(&carrier.plant), &[q], DT).ok_or(GraspError::Refused)?;
+        let rest = MeasuredState { q, qd: JointVector::zeros() };
+        Self::begin(
+            carrier,
+            hand,
+            set,
+            &Beginning { joints: rest, desired: q, dock: *world_from_dock, tool: *world_from_dock },
+        )
+    }
+
+    /// An arm that goes on from where it is, its hand open, and a tool at rest in or over a dock.
+    ///
+    /// # Errors
+    /// The engine refuses a shape.
+    pub fn begin(
+        carrier: &Carrier,
+        hand: &HandModel,
+        set: &ToolSet,
+        beginning: &Beginning,
+    ) -> Result<Self, GraspError> {
+        let Beginning { joints, desired, dock: world_from_dock, tool: world_from_tool } = beginning;
+        let arm = std::slice::from_ref(&carrier.plant);
+        let mut plant = RapierPlant::moving(arm, std::slice::from_ref(joints), DT).ok_or(GraspError::Refused)?;
         let last = plant.last_body(0);
         let w = plant.world_mut();
         tune(w);
@@ -85,7 +128,7 @@ impl GraspWorld {
         let hand = Hand::insert(w, last, &carrier.plant.last_from_tip, hand, friction).ok_or(GraspError::Refused)?;
 
         let tool =
-            RigidBodyBuilder::dynamic().pose(to_rapier(world_from_dock)).linear_damping(0.0).angular_damping(0.0);
+            RigidBodyBuilder::dynamic().pose(to_rapier(world_from_tool)).linear_damping(0.0).angular_damping(0.0);
         let tool = w.bodies.insert(tool);
         // at rest in its dock the tool costs more than the whole hand; what a finger touches is awake
         let rest = w.bodies[tool].activation_mut();
@@ -109,11 +152,13 @@ impl GraspWorld {
             hand,
             tool,
             dock: Some(dock),
-            wish: q,
-            wish_qd: JointVector::zeros(),
+            desired: *desired,
+            desired_qd: JointVector::zeros(),
             wrench: Vector6::zeros(),
             pull: Vector3::zeros(),
-            noise: NoiseSource::new(SensorNoise::default()),
+            torque: JointVector::zeros(),
+            noise: NoiseSource::new(SensorNoise::default(), stream(0, "no noise", 0)),
+            approach_error: Vector3::zeros(),
             steps: 0,
             set: set.clone(),
         })
@@ -124,16 +169,17 @@ impl GraspWorld {
     /// # Errors
     /// A state that is no longer finite.
     pub fn step(&mut self, grip: &Pose, command: &HandCommand) -> Result<(), GraspError> {
-        let (step, _) = toward(&self.believed, &self.wish, grip);
-        // a wish that jumps is followed within the joints' speed limits
-        let mut next = self.wish;
+        let grip = Translation3::from(self.approach_error) * grip;
+        let (step, _) = toward(&self.believed, &self.desired, &grip);
+        // a goal that jumps is followed within the joints' speed limits
+        let mut next = self.desired;
         for i in 0..self.believed.dof() {
             let most = self.believed.joints[i].velocity * DT;
             next[i] += step[i].clamp(-most, most);
         }
-        let qd = (next - self.wish) / DT;
-        let reference = Reference { qd, qdd: (qd - self.wish_qd) / DT, ..Reference::rest(next) };
-        (self.wish, self.wish_qd) = (next, qd);
+        let qd = (next - self.desired) / DT;
+        let reference = Reference { qd, qdd: (qd - self.desired_qd) / DT, ..Reference::rest(next) };
+        (self.desired, self.desired_qd) = (next, qd);
 
         let before = *self.plant.state(0);
         let k = self.believed.kinematics(&before.q);
@@ -177,6 +223,7 @@ impl GraspWorld {
         }
         self.plant.step(&[*torque], &[TipForce::default()], &[*k]).map_err(|_| broken)?;
         self.steps += 1;
+        self.torque = *torque;
 
         // what moved the hand beyond the joint torques: J^T w = M qdd + C qd + g - tau
         let after = self.plant.state(0);
@@ -195,7 +242,8 @@ impl GraspWorld {
     /// What the robot senses now.
     pub fn senses(&self) -> Senses {
         Senses {
-            world_from_grip: *self.believed.kinematics(&self.plant.state(0).q).world_from_tip(),
+            world_from_grip: Translation3::from(-self.approach_error)
+                * self.believed.kinematics(&self.plant.state(0).q).world_from_tip(),
             hand: self.sensed_hand(),
             hand_arrived: self.hand.targets_reached(),
             force: self.wrench.fixed_rows::<3>(0) + self.noise.wrench[0],
@@ -218,8 +266,35 @@ impl GraspWorld {
     }
 
     /// Takes it that these joints (rad), at rest, were wished last: something else has led the arm there.
-    pub fn led_to(&mut self, wish: JointVector) {
-        (self.wish, self.wish_qd) = (wish, JointVector::zeros());
+    pub fn led_to(&mut self, desired: JointVector) {
+        (self.desired, self.desired_qd) = (desired, JointVector::zeros());
+    }
+
+    /// The arm goes on from these joints, moved there by something else, and the tool in the hand with it.
+    pub fn carry_to(&mut self, joints: &MeasuredState) {
+        let before = self.world_from_grip();
+        let tool = self.world_from_tool();
+        self.plant.set_arm(0, joints);
+        let k = self.model.kinematics(&joints.q);
+        let (grip, twist) = (*k.world_from_tip(), k.jacobian() * joints.qd);
+        let moved = grip * before.inverse() * tool;
+        let (linear, angular) = (twist.fixed_rows::<3>(0).into_owned(), twist.fixed_rows::<3>(3).into_owned());
+        let body = &mut self.plant.world_mut().bodies[self.tool];
+        body.set_position(to_rapier(&moved), true);
+        let com = body.center_of_mass();
+        let arm = Vector3::new(com.x, com.y, com.z) - grip.translation.vector;
+        body.set_linvel(to_rapier_vector(&(linear + angular.cross(&arm))), true);
+        body.set_angvel(to_rapier_vector(&angular), true);
+    }
+
+    /// Joint torques that acted in the last step, N m.
+    pub fn torque(&self) -> JointVector {
+        self.torque
+    }
+
+    /// The true tool.
+    pub fn tool_set(&self) -> &ToolSet {
+        &self.set
     }
 
     /// True mass of the tool, kg.
@@ -239,9 +314,9 @@ impl GraspWorld {
         Vector3::new(v.x, v.y, v.z)
     }
 
-    /// Joints that were wished last, rad.
-    pub fn wish(&self) -> JointVector {
-        self.wish
+    /// Joints that were desired last, rad.
+    pub fn desired(&self) -> JointVector {
+        self.desired
     }
 
     /// True joints of the fingers, rad.
@@ -280,9 +355,14 @@ impl GraspWorld {
         self.pull = force;
     }
 
-    /// Makes the senses noisy from the next step on.
-    pub fn set_noise(&mut self, noise: SensorNoise) {
-        self.noise = NoiseSource::new(noise);
+    /// Makes the senses noisy from the next step on, by numbers from this stream.
+    pub fn set_senses(&mut self, noise: SensorNoise, stream: ChaCha8Rng) {
+        self.noise = NoiseSource::new(noise, stream);
+    }
+
+    /// From now on the hand is off by this from where the arm's joints tell, m, world.
+    pub fn set_approach_error(&mut self, error: Vector3<f64>) {
+        self.approach_error = error;
     }
 
     /// Takes the dock away, as when the hand has left it far behind.

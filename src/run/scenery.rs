@@ -1,16 +1,18 @@
 //! What docks, tools and hands look like: for views of the scene, and for pictures of a tool change stage by stage.
 use nalgebra::{Point3, Vector3};
 
-use super::kit::Kit;
-use super::work::Change;
+use super::RunError;
+use super::perform::Performance;
+use super::pictures::Extra;
+use super::setup::Setup;
 use crate::math::{Pose, Rgb};
 use crate::mesh::TriMesh;
 use crate::render::{ArmVisuals, Item, Material, View};
 use crate::report::snapshot_name;
 use crate::robot::Visual;
-use crate::run::RunError;
-use crate::skill::{Order, last_from_grip, tool_visuals, with_hand};
-use crate::twin::grasp::Snapshot;
+use crate::scenario::Scenario;
+use crate::skill::{GripperKit, Order, last_from_grip, tool_visuals, with_hand};
+use crate::twin::grasp::{ChangeRecord, Snapshot};
 
 /// Colour of docks.
 const DOCK: Rgb = Rgb([92, 96, 102]);
@@ -37,7 +39,7 @@ fn placed(visuals: &[Visual], pose: &Pose) -> Vec<Item> {
 }
 
 /// The docks of an arm, and the tools in them but for the one in `empty`. `inks` are the colours of pens by dock.
-pub(super) fn docks(kit: &Kit, inks: &[(usize, Rgb)], empty: Option<usize>) -> Result<Vec<Item>, RunError> {
+fn docks(kit: &GripperKit, inks: &[(usize, Rgb)], empty: Option<usize>) -> Result<Vec<Item>, RunError> {
     let dock: TriMesh = kit.set.dock_mesh().map_err(RunError::Tool)?;
     let mut items = Vec::new();
     for (i, place) in kit.docks.iter().enumerate() {
@@ -52,41 +54,84 @@ pub(super) fn docks(kit: &Kit, inks: &[(usize, Rgb)], empty: Option<usize>) -> R
 }
 
 /// A tool with a pen of colour `ink` at a pose.
-pub(super) fn tool(kit: &Kit, ink: Rgb, world_from_tool: &Pose) -> Result<Vec<Item>, RunError> {
+fn tool(kit: &GripperKit, ink: Rgb, world_from_tool: &Pose) -> Result<Vec<Item>, RunError> {
     Ok(placed(&tool_visuals(&kit.set, ink).map_err(RunError::Tool)?, world_from_tool))
 }
 
 /// An arm with its hand and the tool as they stood at an instant.
-fn at_work(kit: &Kit, snapshot: &Snapshot, ink: Rgb) -> Result<Vec<Item>, RunError> {
-    let arm = with_hand(&kit.arm.model, &kit.hand, &snapshot.fingers);
+fn at_work(kit: &GripperKit, snapshot: &Snapshot, ink: Rgb) -> Result<Vec<Item>, RunError> {
+    let arm = with_hand(&kit.arm, &kit.hand, &snapshot.fingers);
     let mut items = ArmVisuals::new(&arm).items(arm.kinematics(&snapshot.q).world_from_links());
     items.extend(tool(kit, ink, &snapshot.world_from_tool)?);
     Ok(items)
 }
 
+/// Hands, docks and tools as they stand in the end, and pictures of the first fetch, the first return and a failure.
+pub(super) fn tools(
+    scenario: &Scenario,
+    setup: &Setup,
+    performance: &Performance,
+) -> Result<(Extra, Vec<StageView>), RunError> {
+    let colors: Vec<Rgb> = setup.drawing.layers.iter().map(|l| l.color).collect();
+    let (mut extra, mut stages) = (Extra::default(), Vec::new());
+    for (arm, kit) in setup.kits.iter().enumerate() {
+        let Some(kit) = kit else { continue };
+        let changes = &performance.changes[arm];
+        let mut inks: Vec<(usize, Rgb)> =
+            performance.places.iter().zip(&colors).filter(|(p, _)| p.0 == arm).map(|(p, c)| (p.1, *c)).collect();
+        inks.dedup();
+        let ending = performance.stops[arm].as_ref().and_then(|s| s.tool.as_ref());
+        extra.items.extend(docks(kit, &inks, ending.map(|t| t.place.dock))?);
+        if let Some(ending) = ending {
+            extra.items.extend(tool(kit, colors[ending.place.layer], &ending.world_from_tool)?);
+        }
+        extra.models.push(kit.bare.clone());
+        if !scenario.render.tool_stages || !stages.is_empty() {
+            continue;
+        }
+        let first = |order| changes.iter().find(|c| c.order == order);
+        let mut shown: Vec<(&ChangeRecord, &str)> =
+            [Order::Pick, Order::Return].into_iter().filter_map(first).map(|c| (c, "stage")).collect();
+        let lost = &performance.lost[arm];
+        let failed = changes.iter().find(|c| c.snapshots.iter().any(|s| s.failed));
+        let failed = failed.or_else(|| changes.last().filter(|_| !lost.is_empty()));
+        if let Some(failed) = failed.filter(|f| shown.iter().all(|(s, _)| !std::ptr::eq(*s, *f))) {
+            shown.push((failed, "stage-failed"));
+        }
+        for (change, prefix) in shown {
+            let last = changes.last().is_some_and(|c| std::ptr::eq(c, change));
+            let mut snapshots = change.snapshots.clone();
+            snapshots.extend(lost.iter().filter(|_| last).cloned());
+            stages.extend(stage_views(kit, change, &snapshots, &inks, &colors, scenario.render.view_px, prefix)?);
+        }
+    }
+    Ok((extra, stages))
+}
+
 /// One picture a stage of a tool change, close to the dock; names of files begin with `prefix`.
-pub(super) fn stage_views(
-    kit: &Kit,
-    change: &Change,
+fn stage_views(
+    kit: &GripperKit,
+    change: &ChangeRecord,
+    snapshots: &[Snapshot],
     inks: &[(usize, Rgb)],
     colors: &[Rgb],
     size: [u32; 2],
     prefix: &str,
 ) -> Result<Vec<StageView>, RunError> {
-    let place = kit.docks[change.dock];
-    let (order, verb) = match change.record.order {
+    let place = kit.docks[change.place.dock];
+    let (order, verb) = match change.order {
         Order::Pick => ("fetch", "Fetching"),
         Order::Return => ("return", "Bringing back"),
     };
     let mut views = Vec::new();
-    let around = docks(kit, inks, Some(change.dock))?;
-    for (i, snapshot) in change.record.snapshots.iter().enumerate() {
+    let around = docks(kit, inks, Some(change.place.dock))?;
+    for (i, snapshot) in snapshots.iter().enumerate() {
         let stage = snapshot_name(snapshot);
         let mut items = around.clone();
-        items.extend(at_work(kit, snapshot, colors[change.layer])?);
+        items.extend(at_work(kit, snapshot, colors[change.place.layer])?);
         // from the front and the side of the fingers, a little from above, over the way of hand and tool
-        let grip = kit.arm.model.kinematics(&snapshot.q);
-        let last = grip.world_from_link(kit.arm.model.dof()) * last_from_grip(&kit.arm.model, &kit.hand);
+        let grip = kit.arm.kinematics(&snapshot.q);
+        let last = grip.world_from_link(kit.arm.dof()) * last_from_grip(&kit.arm, &kit.hand);
         let at = |x: f64, y: f64, z: f64| place * Point3::new(x, y, z);
         let mut points = vec![last * Point3::new(0.1, 0.0, 0.0)];
         if snapshot.is_lost() {

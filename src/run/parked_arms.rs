@@ -1,4 +1,4 @@
-//! Arms of a robot that stand still while one of them draws, and what the drawing arm keeps clear of.
+//! Arms of a robot that stand still while others draw, and what a drawing arm keeps clear of.
 use nalgebra::{Translation3, Vector3};
 
 use crate::math::{Pose, frame_from_axes};

@@ -1,14 +1,12 @@
-//! The drawing laid on a canvas, as the scenario asks: by one mapping, or by two over each other.
+//! The drawing mapped onto a canvas, as the scenario asks: by one mapping, or by two over each other.
+use super::RunError;
+use super::setup::Setup;
 use crate::drawing::{Drawing, InkLayer, StrokeRef};
-use crate::measure::Laid;
-use crate::report::{OutputDir, distortion_picture};
-use crate::run::cast::Cast;
-use crate::run::{RunError, Written};
 use crate::scenario::{BeliefKind, Scenario};
-use crate::surface::{Canvas, FlattenReport, MapError, Mapping, MappingKind, StretchField, SurfaceDrawing, mapping_of};
+use crate::surface::{Canvas, FlattenReport, MapError, Mapping, MappingKind, SurfaceDrawing, mapping_of};
 use crate::truth::Carried;
 
-/// Adds the layers that are laid by the other mapping, if the scenario wishes for them: the drawing once more, in the other
+/// Adds the layers that are laid by the other mapping, if the scenario asks for them: the drawing once more, in the other
 /// colour, drawn after it.
 pub(super) fn overlaid(drawing: &mut Drawing, scenario: &Scenario) {
     let Some(overlay) = &scenario.canvas.overlay else { return };
@@ -39,43 +37,42 @@ fn part(drawing: &Drawing, from: usize, to: usize) -> Drawing {
     Drawing { layers: drawing.layers[from..to].to_vec(), order: Vec::new(), ..*drawing }
 }
 
-/// The scenario's mapping of the drawing's sheet onto a canvas, and what came of flattening it.
+/// The scenario's mapping of a drawing's sheet onto a canvas, and what came of flattening it.
 pub(super) fn mapping_onto(
     scenario: &Scenario,
-    cast: &Cast,
+    drawing: &Drawing,
     canvas: &Canvas,
 ) -> Result<(Box<dyn Mapping>, Option<FlattenReport>), RunError> {
-    let sheet = [cast.drawing.width, cast.drawing.height];
+    let sheet = [drawing.width, drawing.height];
     Ok(mapping_of(canvas, scenario.canvas.mapping, sheet, &scenario.canvas.conformal)?)
 }
 
-/// How strokes are laid on a surface at a step: all or an error, or what fits.
-type Lay = fn(&Drawing, &dyn Mapping, f64) -> Result<SurfaceDrawing, MapError>;
+/// How strokes are mapped onto a surface at a step: all or an error, or what fits.
+type MapStrokes = fn(&Drawing, &dyn Mapping, f64) -> Result<SurfaceDrawing, MapError>;
 
 /// How far beyond the measured distance the true surface is looked for, m.
 const CARRY_MARGIN: f64 = 0.01;
 
 /// The scenario's mapping onto the true canvas. A robot that believes in the nominal mesh draws on the object that it knows: where that
-/// has another shape, wished places are carried along its normals. What is scanned or touched is the true canvas itself.
-pub(super) fn mapping_onto_truth(scenario: &Scenario, cast: &Cast) -> Result<Box<dyn Mapping>, RunError> {
-    let (Some(meant), BeliefKind::Mesh) = (&cast.unshaped, scenario.canvas.belief) else {
-        return Ok(mapping_onto(scenario, cast, &cast.truth)?.0);
+/// has another shape, desired places are carried along its normals. What is scanned or touched is the true canvas itself.
+pub(super) fn mapping_onto_truth(scenario: &Scenario, setup: &Setup) -> Result<Box<dyn Mapping>, RunError> {
+    let (Some(nominal), BeliefKind::Mesh) = (setup.truth.unshaped(), scenario.canvas.belief) else {
+        return Ok(mapping_onto(scenario, &setup.drawing, setup.truth.canvas().reveal())?.0);
     };
-    let apart = cast.truth_metrics.as_ref().and_then(|t| t.hausdorff_mm).unwrap_or(0.0) * 1e-3;
-    let (mapping, _) = mapping_onto(scenario, cast, meant)?;
-    Ok(Box::new(Carried::new(mapping, meant, &cast.truth, apart + CARRY_MARGIN)))
+    let apart = setup.truth_metrics.as_ref().and_then(|t| t.hausdorff_mm).unwrap_or(0.0) * 1e-3;
+    let (mapping, _) = mapping_onto(scenario, &setup.drawing, nominal)?;
+    Ok(Box::new(Carried::new(mapping, nominal, setup.truth.canvas(), apart + CARRY_MARGIN)))
 }
 
 /// The drawing on a canvas: its own layers by `mapping`, those laid over it by the other one.
-pub(super) fn lay(
+pub(super) fn mapped(
     scenario: &Scenario,
-    cast: &Cast,
+    drawing: &Drawing,
     canvas: &Canvas,
     mapping: &dyn Mapping,
     step: f64,
-    map: Lay,
+    map: MapStrokes,
 ) -> Result<SurfaceDrawing, RunError> {
-    let drawing = &cast.drawing;
     let Some(overlay) = &scenario.canvas.overlay else { return Ok(map(drawing, mapping, step)?) };
     let sheet = [drawing.width, drawing.height];
     let (other, _) = mapping_of(canvas, overlay.mapping, sheet, &scenario.canvas.conformal)?;
@@ -84,19 +81,4 @@ pub(super) fn lay(
     laid.layers.extend(map(&part(drawing, n / 2, n), other.as_ref(), step)?.layers);
     laid.order.clone_from(&drawing.order);
     Ok(laid)
-}
-
-/// Writes how the canvas stretches the drawing.
-pub(super) fn write_laid(
-    laid: &Laid,
-    field: &StretchField,
-    drawing: &Drawing,
-    out: &OutputDir,
-    written: &mut Written,
-) -> Result<(), RunError> {
-    let json = serde_json::to_vec_pretty(laid)?;
-    written.other(out.write("distortion.json", &json)?, "How the canvas stretches the drawing, and what was mended");
-    let png = distortion_picture(field, drawing)?.to_png(None)?;
-    written.picture(out.write("distortion.png", &png)?, "How the canvas stretches the drawing: areas, and angles");
-    Ok(())
 }

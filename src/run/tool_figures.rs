@@ -1,0 +1,230 @@
+//! Figures of tool changes, of who waited for whom, and of how near arms come to each other.
+use std::collections::BTreeSet;
+
+use super::RunError;
+use super::planning::{holding, kits};
+use super::setup::Setup;
+use crate::exec::{Done, Visit};
+use crate::math::stats::quantile;
+use crate::math::{Digest, wilson};
+use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose};
+use crate::plan::{Motion, Nearest, Plan, SegmentKind, nearest};
+use crate::report::stage_name;
+use crate::robot::{ArmModel, JointVector};
+use crate::scenario::Scenario;
+use crate::skill::{Order, TaskFailure};
+use crate::twin::grasp::{ChangeRecord, GOOD_SEAT};
+
+/// Time between looks at how near arms are, s.
+const LOOK: f64 = 0.01;
+/// Length of a step, s.
+const STEP: f64 = 1e-3;
+
+/// How near any two arms come: as planned, and as simulated.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Distances {
+    planned: Option<Nearest>,
+    simulated: Option<Nearest>,
+}
+
+/// The least distances of all pairs of arms.
+///
+/// # Errors
+/// The plan brings two arms nearer than they may.
+pub(super) fn distances<P>(
+    scenario: &Scenario,
+    setup: &Setup,
+    plan: &Plan,
+    done: &[Done<P>],
+) -> Result<Distances, RunError> {
+    let models = holding(setup, &kits(setup)?)?;
+    let planned: Vec<Way> = plan.arms.iter().zip(done).map(|(arm, d)| desired_way(arm, d)).collect();
+    let simulated: Vec<Way> =
+        done.iter().map(|d| d.log.samples.iter().map(|s| (s.time, joints(&s.q))).collect()).collect();
+    let distances = Distances { planned: least(&models, &planned), simulated: least(&models, &simulated) };
+    if let Some(tools) = &scenario.tools {
+        keep_apart(distances.planned, tools.margin_mm)?;
+    }
+    Ok(distances)
+}
+
+type Way = Vec<(f64, JointVector)>;
+
+fn joints(q: &[f64]) -> JointVector {
+    JointVector::from_fn(|i, _| q.get(i).copied().unwrap_or(0.0))
+}
+
+fn least(models: &[ArmModel], ways: &[Way]) -> Option<Nearest> {
+    let motion = |i: usize| Motion { arm: &models[i], way: ways[i].clone() };
+    let pairs = (0..ways.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+    let near = pairs.filter_map(|(a, b)| nearest(&motion(b), &motion(a), LOOK));
+    near.min_by(|a, b| a.distance.total_cmp(&b.distance))
+}
+
+/// Refuses a plan in which arms come nearer than they may.
+fn keep_apart(nearest: Option<Nearest>, margin_mm: f64) -> Result<(), RunError> {
+    match nearest.filter(|n| n.distance < margin_mm * 1e-3) {
+        Some(n) => Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm }),
+        None => Ok(()),
+    }
+}
+
+/// An arm's joints over the time of the run: as desired where it travels and draws, as they were in tool changes.
+fn desired_way<P>(arm: &crate::plan::ArmPlan, done: &Done<P>) -> Way {
+    let mut way = Vec::new();
+    let mut changes = done.log.changes.iter();
+    for segment in &arm.segments {
+        if segment.kind == SegmentKind::ChangeTool {
+            let motion = changes.next().map_or(&[][..], |c| &c.motion);
+            way.extend(motion.iter().enumerate().map(|(i, m)| (segment.start + i as f64 * ChangeRecord::PERIOD, m.q)));
+            continue;
+        }
+        let (mut cursor, count) = (0, (segment.trajectory.duration() / LOOK).ceil() as usize);
+        for i in 0..=count {
+            let t = (i as f64 * LOOK).min(segment.trajectory.duration());
+            way.push((segment.start + t, segment.trajectory.sample(t, &mut cursor).q));
+        }
+    }
+    way
+}
+
+/// Figures of all tool changes.
+pub(super) fn tool_metrics<P>(done: &[Done<P>], near: Distances, scenario: &Scenario) -> ToolMetrics {
+    let changes = || done.iter().flat_map(|d| &d.log.changes);
+    let count = |what: &dyn Fn(&ChangeRecord) -> bool| changes().filter(|c| what(c)).count() as u64;
+    let gave_up = |order: Order| count(&|c| c.order == order && !c.succeeded);
+    let (picks, returns) = (gave_up(Order::Pick), gave_up(Order::Return));
+    let (bad_pose, not_seated) = (count(&is_bad), count(&|c| c.seat_gap.is_some_and(|gap| gap > GOOD_SEAT)));
+    let stops = |what: &dyn Fn(&crate::exec::ArmStop) -> bool| {
+        done.iter().filter_map(|d| d.stop.as_ref()).filter(|s| what(s)).count() as u64
+    };
+    let lost = stops(&|s| s.failure == TaskFailure::PenLost);
+    let failed = picks + returns + bad_pose + not_seated + lost;
+    let errors: Vec<_> = changes().filter_map(|c| c.tip_error).collect();
+    let far: Vec<f64> = errors.iter().map(|e| e.translation.vector.norm() * 1e3).collect();
+    let turned: Vec<f64> = errors.iter().map(|e| e.rotation.angle().to_degrees()).collect();
+    let first = changes().find(|c| c.order == Order::Pick);
+    let all = changes().count() as u64;
+    let cycles = cycles(done);
+    let distinct: BTreeSet<&String> = cycles.iter().map(|c| &c.digest).collect();
+    let succeeded = distinct.iter().filter(|d| cycles.iter().any(|c| &&c.digest == *d && c.succeeded)).count();
+    let interval = wilson(succeeded as u64, distinct.len() as u64);
+    let jump = changes().map(|c| c.handover.jump).reduce(f64::max);
+    ToolMetrics {
+        changes: all,
+        fetches: cycles.len() as u64,
+        fetches_distinct: distinct.len() as u64,
+        success_rate: (!distinct.is_empty()).then(|| succeeded as f64 / distinct.len() as f64),
+        success_rate_low: interval.map(|i| i[0]),
+        success_rate_high: interval.map(|i| i[1]),
+        handover_jump_rad: jump,
+        settling_s: changes().map(|c| c.settling).reduce(f64::max),
+        attempts: changes().map(|c| u64::from(c.attempts)).sum(),
+        successes: all.saturating_sub(failed),
+        failed,
+        held_by_friction: done.iter().map(|d| d.held_by_friction).sum(),
+        dropped: stops(&|s| s.tool.as_ref().is_some_and(|t| t.dropped)),
+        pick_given_up: picks,
+        return_given_up: returns,
+        bad_pose,
+        not_seated,
+        pose_error_mm_p95: quantile(&far, 0.95),
+        pose_error_mm_max: far.iter().copied().reduce(f64::max),
+        pose_error_deg_p95: quantile(&turned, 0.95),
+        tip: first.and_then(|c| c.tip_error).map(|e| {
+            let (roll, pitch, yaw) = e.rotation.euler_angles();
+            ToolPose::of(e.translation.vector.into(), [roll, pitch, yaw])
+        }),
+        stages: first.map(stages).unwrap_or_default(),
+        steps: changes().map(|c| c.steps).sum(),
+        schedule: scenario.tools.is_some().then(|| schedule(done, near)),
+    }
+}
+
+fn is_bad(c: &ChangeRecord) -> bool {
+    let fetched = c.order == Order::Pick && c.succeeded;
+    let held = c.snapshots.iter().rfind(|s| fetched && !s.failed);
+    held.is_some_and(|s| !s.in_hand.is_good())
+}
+
+fn stages(first: &ChangeRecord) -> std::collections::BTreeMap<String, ToolPose> {
+    let passed = first.snapshots.iter().filter(|s| !s.failed);
+    passed
+        .filter_map(|s| {
+            let pose = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);
+            s.stage.map(|stage| (stage_name(stage).to_string(), pose))
+        })
+        .collect()
+}
+
+/// A fetch and what became of the pen: whether it came out of its dock well, and back into it where it was brought back.
+struct Cycle {
+    /// Digest of how hand and tool moved: the same for the same simulation alone.
+    digest: String,
+    succeeded: bool,
+}
+
+fn cycles<P>(done: &[Done<P>]) -> Vec<Cycle> {
+    let mut cycles = Vec::new();
+    for d in done {
+        let changes = &d.log.changes;
+        for (i, fetch) in changes.iter().enumerate().filter(|(_, c)| c.order == Order::Pick) {
+            let back = changes.get(i + 1).filter(|c| c.order == Order::Return);
+            let lost = back.is_none() && d.stop.as_ref().is_some_and(|s| s.failure == TaskFailure::PenLost);
+            let seated = back.is_none_or(|b| b.succeeded && b.seat_gap.is_none_or(|gap| gap <= GOOD_SEAT));
+            let mut digest = Digest::new();
+            for m in &fetch.motion {
+                digest.numbers(m.q.iter());
+            }
+            for s in &fetch.snapshots {
+                digest.numbers(s.in_hand.xyz.iter()).numbers(s.in_hand.rpy.iter());
+            }
+            cycles
+                .push(Cycle { digest: digest.hex(), succeeded: fetch.succeeded && !is_bad(fetch) && seated && !lost });
+        }
+    }
+    cycles
+}
+
+/// Who waited for whom, and for how long.
+fn schedule<P>(done: &[Done<P>], near: Distances) -> ScheduleMetrics {
+    let end = done.iter().map(|d| d.ending.time).fold(0.0, f64::max);
+    let seconds = |steps: u64| steps as f64 * STEP;
+    let waiting: f64 = done.iter().flat_map(|d| &d.visits).map(|v| seconds(v.waited)).sum();
+    let alone: f64 = done.iter().map(|d| d.ending.time).sum::<f64>() - waiting;
+    let span = |v: &Visit| (v.start, v.end.unwrap_or(v.start));
+    let mut together = 0;
+    for (a, one) in done.iter().enumerate() {
+        for other in &done[..a] {
+            for (v, w) in one.visits.iter().flat_map(|v| other.visits.iter().map(move |w| (v, w))) {
+                let ((s, e), (t, f)) = (span(v), span(w));
+                together += e.min(f).saturating_sub(s.max(t));
+            }
+        }
+    }
+    ScheduleMetrics {
+        duration_s: end,
+        waiting_s: waiting,
+        together_s: seconds(together),
+        one_arm_s: alone,
+        saved_fraction: if alone > 0.0 { 1.0 - end / alone } else { 0.0 },
+        distance_planned_mm: near.planned.map(|n| n.distance * 1e3),
+        distance_mm: near.simulated.map(|n| n.distance * 1e3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_margin_that_is_not_kept_is_refused() {
+        let near = |distance| Some(Nearest { distance, time: 12.5 });
+        assert!(keep_apart(near(0.0301), 30.0).is_ok() && keep_apart(None, 30.0).is_ok());
+        let refused = keep_apart(near(0.0299), 30.0).unwrap_err().to_string();
+        assert!(
+            refused.contains("29.9 mm") && refused.contains("12.5 s") && refused.contains("margin_mm = 30"),
+            "{refused}"
+        );
+    }
+}
