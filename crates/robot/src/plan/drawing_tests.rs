@@ -4,7 +4,7 @@ use nalgebra::{Point2, Point3, Vector3};
 use crate::math::{Pose, Rgb, frame_from_axes};
 use crate::mesh::TriMesh;
 use crate::plan::{
-    MotionLimits, MotionSample, PenUse, PlanError, PlanOptions, Planned, SegmentKind, Surroundings, arms, plan,
+    MotionLimits, MotionSample, PenUse, PlanError, PlanJob, PlanOptions, Planned, SegmentKind, Surroundings, arms, plan,
 };
 use crate::robot::{ArmModel, JointVector};
 use crate::surface::{BelievedCanvas, Canvas, SheetFrame, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};
