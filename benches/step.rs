@@ -85,7 +85,7 @@ impl Bench {
         let wish = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05) };
         let kinematics = arm.model.kinematics(&m.q);
         let set_point = Point3::from(kinematics.world_from_tip().translation.vector);
-        let foot = truth.mesh.closest_point(&set_point);
+        let foot = truth.mesh().closest_point(&set_point);
         Self {
             canvas_friction: scene.friction,
             pen: PenModel::named("fineliner_08").expect("a known pen"),
