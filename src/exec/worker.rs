@@ -404,7 +404,8 @@ impl<P: Policy> Worker<P> {
         };
         let MotionSample { q, .. } = self.simulation.desired();
         if let Some(at) = needs.at.filter(|at| (at - q).amax() > SAME_POSTURE) {
-            return refuse(format!("its motion begins {:.6} rad from where the arm was told to be", (at - q).amax()));
+            let what = task.movement().map_or_else(String::new, |m| format!("{:?} of layer {}", m.segment.kind, m.segment.layer));
+            return refuse(format!("{what} begins {:.6} rad from where the arm was told to be", (at - q).amax()));
         }
         match needs.holds {
             Some(wanted) if self.simulation.fetches() && wanted != self.simulation.holds() => {
