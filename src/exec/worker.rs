@@ -403,7 +403,8 @@ impl<P: Policy> Worker<P> {
             Err(ExecError::Precondition { arm, time, why })
         };
         let MotionSample { q, .. } = self.simulation.desired();
-        if let Some(at) = needs.at.filter(|at| (at - q).amax() > SAME_POSTURE) {
+        let begins = task.movement().is_some_and(|m| m.begins);
+        if let Some(at) = needs.at.filter(|at| begins && (at - q).amax() > SAME_POSTURE) {
             let what = task.movement().map_or_else(String::new, |m| format!("{:?} of layer {}", m.segment.kind, m.segment.layer));
             return refuse(format!("{what} begins {:.6} rad from where the arm was told to be", (at - q).amax()));
         }

@@ -225,8 +225,12 @@ fn cut(segments: Vec<Segment>) -> Vec<Vec<Segment>> {
     }
     pieces.retain(|p| !p.is_empty());
     for piece in &mut pieces {
-        let began = piece[0].start;
-        piece.iter_mut().for_each(|s| s.start -= began);
+        // the way to the next pen is still made with this one
+        let (began, layer) = (piece[0].start, piece[0].layer);
+        for segment in piece {
+            segment.start -= began;
+            segment.layer = layer;
+        }
     }
     pieces
 }

@@ -22,6 +22,21 @@ pub enum SegmentKind {
     Wait,
 }
 
+impl SegmentKind {
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Travel => "a travel",
+            Self::Press => "a press",
+            Self::Draw => "a line",
+            Self::Lift => "a lift",
+            Self::ChangePen => "a change of the pen",
+            Self::ChangeTool => "a tool change",
+            Self::Wait => "a wait",
+        }
+    }
+}
+
 /// One piece of motion.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Segment {
