@@ -405,7 +405,9 @@ impl<P: Policy> Worker<P> {
         let MotionSample { q, .. } = self.simulation.desired();
         let begins = task.movement().is_some_and(|m| m.begins);
         if let Some(at) = needs.at.filter(|at| begins && (at - q).amax() > SAME_POSTURE) {
-            let what = task.movement().map_or_else(String::new, |m| format!("{:?} of layer {}", m.segment.kind, m.segment.layer));
+            let what = task
+                .movement()
+                .map_or_else(String::new, |m| format!("{:?} of layer {}", m.segment.kind, m.segment.layer));
             return refuse(format!("{what} begins {:.6} rad from where the arm was told to be", (at - q).amax()));
         }
         match needs.holds {

@@ -1,0 +1,189 @@
+//! The executive through the program: killed runs go on to the same bytes, parts are drawn alone, arms and sensors combine.
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use calamus::measure::Metrics;
+use calamus::progress::Silent;
+use calamus::report::OutputDir;
+use calamus::run::{Cache, Manner, Until, evaluate, run};
+use calamus::scenario::{Override, Scenario};
+
+fn asset(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+fn scenario(name: &str, sets: &[&str]) -> Scenario {
+    let sets: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
+    Scenario::read(&asset(&format!("scenarios/{name}.toml")), &sets).unwrap()
+}
+
+fn start(name: &str, out: &Path, more: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_calamus"))
+        .args(["run", &asset(&format!("scenarios/{name}.toml")).to_string_lossy(), "-q", "--out"])
+        .arg(out)
+        .args(more)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+/// What of a run doesn't depend on the clock.
+fn timeless(metrics: &Metrics) -> serde_json::Value {
+    fn strip(value: &mut serde_json::Value) {
+        if let Some(map) = value.as_object_mut() {
+            map.retain(|k, _| !matches!(k.as_str(), "duration_s" | "wall_s" | "real_time_factor" | "image" | "render"));
+            map.values_mut().for_each(strip);
+        }
+    }
+    let mut value = serde_json::to_value(metrics).unwrap();
+    let schedule = value.pointer("/tool/schedule").cloned();
+    strip(&mut value);
+    if let (Some(schedule), Some(place)) = (schedule, value.pointer_mut("/tool/schedule")) {
+        *place = schedule;
+    }
+    value
+}
+
+/// The files of a run that don't depend on the clock, but for metrics.json, whose figures are compared apart from times.
+fn products(folder: &Path) -> (BTreeMap<String, Vec<u8>>, serde_json::Value) {
+    let names = ["drawing.png", "drawing.svg", "plan.json", "record.mcap", "wished.svg", "tools.csv", "belief.csv"];
+    let files = names.iter().filter_map(|n| Some(((*n).to_string(), std::fs::read(folder.join(n)).ok()?)));
+    let metrics: Metrics = serde_json::from_slice(&std::fs::read(folder.join("metrics.json")).unwrap()).unwrap();
+    (files.collect(), timeless(&metrics))
+}
+
+/// Kills a run again and again, each time after a while longer, and lets it go on until it ends.
+fn killed(name: &str, out: &Path, sets: &[&str], first: Duration) -> usize {
+    let (mut kills, mut patience) = (0, first);
+    loop {
+        let resume = out.join("journal").exists();
+        let more: Vec<&str> = sets.iter().copied().chain(resume.then_some("--resume")).collect();
+        let mut child = start(name, out, &more);
+        let began = Instant::now();
+        loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                assert!(status.success(), "{name}: {status}");
+                return kills;
+            }
+            if began.elapsed() > patience {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                kills += 1;
+                patience += Duration::from_millis(700);
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+#[test]
+fn a_killed_run_goes_on_to_the_same_bytes() {
+    let views = ["--set", "render.views=[]", "--set", "render.drawing_px=300", "--set", "render.tool_stages=false"];
+    let small = ["--set", "drawing.width_mm=40"];
+    let jobs: [(&str, Vec<&str>); 3] = [
+        ("grid_plane", [&views[..], &small].concat()),
+        ("touched_cone", [&views[..], &small, &["--set", "touch.probes=2"]].concat()),
+        ("tool_change", [&views[..], &small].concat()),
+    ];
+    for (name, sets) in jobs {
+        let folder = tempfile::tempdir().unwrap();
+        let (whole, cut) = (folder.path().join("whole"), folder.path().join("cut"));
+        assert!(start(name, &whole, &sets).wait().unwrap().success());
+        let kills = killed(name, &cut, &sets, Duration::from_millis(600));
+        assert_eq!(products(&cut), products(&whole), "{name} after {kills} kills");
+        assert!(!cut.join("journal").exists(), "{name}: the journal of a finished run is gone");
+    }
+}
+
+#[test]
+fn there_is_nothing_to_go_on_from_where_nothing_was_interrupted() {
+    let folder = tempfile::tempdir().unwrap();
+    let status = start("letter", folder.path(), &["--resume"]).wait().unwrap();
+    assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+fn a_part_is_drawn_alone_and_says_so() {
+    let s = scenario(
+        "first_light",
+        &["render.views=[]", "render.drawing_px=200", "drawing.width_mm=30", "sim.plant=articulated"],
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let out = OutputDir::check(folder.path()).unwrap();
+    let manner = Manner { only: Some("strokes=1-2".parse().unwrap()), ..Manner::default() };
+    let outcome = run(&s, Until::End, &manner, &out, &Silent).unwrap();
+    let drawing = outcome.metrics.drawing.unwrap();
+    assert_eq!((drawing.part.as_deref(), drawing.strokes), (Some("strokes=1-2"), 2));
+    assert!(outcome.metrics.line.unwrap().coverage > Some(0.99));
+}
+
+#[test]
+fn an_experiments_figures_are_a_runs() {
+    let small = ["render.views=[]", "render.drawing_px=200", "render.tool_stages=false", "sim.plant=articulated"];
+    for (name, sets) in [
+        ("grid_plane", vec!["drawing.width_mm=20"]),
+        ("scanned_column", vec!["drawing.width_mm=20", "scan.image_px=[160, 120]"]),
+        ("touched_cone", vec!["drawing.width_mm=20", "touch.probes=2"]),
+        ("tool_change", vec!["drawing.width_mm=20"]),
+    ] {
+        let s = scenario(name, &[&small[..], &sets].concat());
+        let folder = tempfile::tempdir().unwrap();
+        let out = OutputDir::check(folder.path()).unwrap();
+        let whole = run(&s, Until::End, &Manner::default(), &out, &Silent).unwrap().metrics;
+        let alone = evaluate(&s, &Cache::default(), &Silent).unwrap();
+        assert_eq!(timeless(&alone), timeless(&whole), "{name}");
+    }
+}
+
+/// A word of two inks that takes turns: each pen is fetched twice.
+fn twice() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let line = |x: u32, color: &str| format!("<path d=\"M{x},5 l0,8\" fill=\"none\" stroke=\"{color}\"/>");
+    let lines: String =
+        [(5, "#1d4f91"), (12, "#c02020"), (19, "#1d4f91"), (26, "#c02020")].map(|(x, c)| line(x, c)).concat();
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"30mm\" height=\"20mm\" viewBox=\"0 0 30 20\">{lines}</svg>"
+    );
+    let file = folder.path().join("twice.svg");
+    std::fs::write(&file, svg).unwrap();
+    let source = format!("drawing.source={:?}", file.to_str().unwrap());
+    (folder, source)
+}
+
+#[test]
+fn no_two_fetches_of_a_dock_are_the_same_and_nothing_is_invented_of_them() {
+    let (_folder, source) = twice();
+    let quick = [
+        "render.views=[]",
+        "render.tool_stages=false",
+        "drawing.width_mm=30",
+        "drawing.ink_order=as_made",
+        "drawing.tidy=false",
+    ];
+    let s = scenario("tool_change", &[&quick[..], &[source.as_str()]].concat());
+    let folder = tempfile::tempdir().unwrap();
+    let out = OutputDir::check(folder.path()).unwrap();
+    let outcome = run(&s, Until::End, &Manner::default(), &out, &Silent).unwrap();
+    let tool = outcome.metrics.tool.unwrap();
+    assert_eq!((tool.fetches, tool.fetches_distinct, tool.failed), (4, 4, 0));
+    assert!(tool.success_rate == Some(1.0) && tool.success_rate_low.unwrap() < 0.52, "{tool:?}");
+    assert!(tool.handover_jump_rad.unwrap() < 1e-4 && tool.settling_s == Some(0.2));
+    // stage by stage two fetches of one dock differ
+    let csv = std::fs::read_to_string(folder.path().join("tools.csv")).unwrap();
+    let grasps: Vec<&str> = csv.lines().filter(|l| l.contains(",fetch,") && l.contains(",full_grasp,")).collect();
+    let pose = |l: &str| l.splitn(8, ',').last().unwrap().to_string();
+    assert_eq!(grasps.len(), 4, "{csv}");
+    let distinct: std::collections::BTreeSet<String> = grasps.iter().map(|l| pose(l)).collect();
+    assert_eq!(distinct.len(), 4, "{grasps:?}");
+    // what isn't simulated in a tool change is absent from its record, and what happened in it is there
+    let mcap = std::fs::read(folder.path().join("record.mcap")).unwrap();
+    let text = String::from_utf8_lossy(&mcap);
+    assert_eq!(text.matches("pen_fetched").count(), 4);
+    assert_eq!(text.matches("pen_returned").count(), 4);
+    let in_change = text.find("\"segment\":\"change_tool\"").map(|at| &text[at..at + 120]).unwrap();
+    assert!(!in_change.contains("normal_force") && !in_change.contains("desired"), "{in_change}");
+}
