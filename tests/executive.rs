@@ -65,7 +65,7 @@ fn killed(name: &str, out: &Path, sets: &[&str], first: Duration) -> usize {
         let began = Instant::now();
         loop {
             if let Some(status) = child.try_wait().unwrap() {
-                assert!(status.success(), "{name}: {status}");
+                assert!(status.success(), "{name} after {kills} kills: {status}");
                 return kills;
             }
             if began.elapsed() > patience {
@@ -139,51 +139,31 @@ fn an_experiments_figures_are_a_runs() {
     }
 }
 
-/// A word of two inks that takes turns: each pen is fetched twice.
-fn twice() -> (tempfile::TempDir, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let line = |x: u32, color: &str| format!("<path d=\"M{x},5 l0,8\" fill=\"none\" stroke=\"{color}\"/>");
-    let lines: String =
-        [(5, "#1d4f91"), (12, "#c02020"), (19, "#1d4f91"), (26, "#c02020")].map(|(x, c)| line(x, c)).concat();
-    let svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"30mm\" height=\"20mm\" viewBox=\"0 0 30 20\">{lines}</svg>"
-    );
-    let file = folder.path().join("twice.svg");
-    std::fs::write(&file, svg).unwrap();
-    let source = format!("drawing.source={:?}", file.to_str().unwrap());
-    (folder, source)
-}
-
 #[test]
 fn no_two_fetches_of_a_dock_are_the_same_and_nothing_is_invented_of_them() {
-    let (_folder, source) = twice();
-    let quick = [
-        "render.views=[]",
-        "render.tool_stages=false",
-        "drawing.width_mm=30",
-        "drawing.ink_order=as_made",
-        "drawing.tidy=false",
-    ];
-    let s = scenario("tool_change", &[&quick[..], &[source.as_str()]].concat());
+    let quick = ["render.views=[]", "render.camera=[]", "render.tool_stages=false", "sim.plant=articulated"];
+    let few = ["drawing.painterly.strokes=8", "drawing.height_mm=60"];
+    let s = scenario("four_colours", &[&quick[..], &few].concat());
     let folder = tempfile::tempdir().unwrap();
     let out = OutputDir::check(folder.path()).unwrap();
     let outcome = run(&s, Until::End, &Manner::default(), &out, &Silent).unwrap();
     let tool = outcome.metrics.tool.unwrap();
-    assert_eq!((tool.fetches, tool.fetches_distinct, tool.failed), (4, 4, 0));
-    assert!(tool.success_rate == Some(1.0) && tool.success_rate_low.unwrap() < 0.52, "{tool:?}");
+    // more than there are pens, each simulated by itself
+    assert!(tool.fetches > 4 && tool.fetches_distinct == tool.fetches && tool.failed == 0, "{tool:?}");
+    assert!(tool.success_rate == Some(1.0) && tool.success_rate_low.unwrap() < 0.8, "{tool:?}");
     assert!(tool.handover_jump_rad.unwrap() < 1e-4 && tool.settling_s == Some(0.2));
     // stage by stage two fetches of one dock differ
     let csv = std::fs::read_to_string(folder.path().join("tools.csv")).unwrap();
     let grasps: Vec<&str> = csv.lines().filter(|l| l.contains(",fetch,") && l.contains(",full_grasp,")).collect();
     let pose = |l: &str| l.splitn(8, ',').last().unwrap().to_string();
-    assert_eq!(grasps.len(), 4, "{csv}");
+    assert_eq!(grasps.len() as u64, tool.fetches, "{csv}");
     let distinct: std::collections::BTreeSet<String> = grasps.iter().map(|l| pose(l)).collect();
-    assert_eq!(distinct.len(), 4, "{grasps:?}");
+    assert_eq!(distinct.len(), grasps.len(), "{grasps:?}");
     // what isn't simulated in a tool change is absent from its record, and what happened in it is there
     let mcap = std::fs::read(folder.path().join("record.mcap")).unwrap();
     let text = String::from_utf8_lossy(&mcap);
-    assert_eq!(text.matches("pen_fetched").count(), 4);
-    assert_eq!(text.matches("pen_returned").count(), 4);
+    assert_eq!(text.matches("pen_fetched").count() as u64, tool.fetches);
+    assert_eq!(text.matches("pen_returned").count() as u64, tool.fetches);
     let in_change = text.find("\"segment\":\"change_tool\"").map(|at| &text[at..at + 120]).unwrap();
     assert!(!in_change.contains("normal_force") && !in_change.contains("desired"), "{in_change}");
 }

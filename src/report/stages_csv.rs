@@ -37,19 +37,21 @@ pub struct StagesOf<'a> {
     pub ink: &'a str,
     /// What happened.
     pub record: &'a ChangeRecord,
+    /// How all stood when the pen had been lost after it.
+    pub lost: &'a [Snapshot],
 }
 
 /// Every stage of every tool change: time (s) at its end, and the tool in the hand against the design (mm, degrees).
 pub fn stages_csv<'a>(changes: impl IntoIterator<Item = StagesOf<'a>>) -> String {
     let mut text =
         String::from("arm,ink,dock,change,attempts,stage,time_s,x_mm,y_mm,z_mm,roll_deg,pitch_deg,yaw_deg\n");
-    for StagesOf { arm, ink, record } in changes {
+    for StagesOf { arm, ink, record, lost } in changes {
         let (dock, start) = (record.place.dock, record.start);
         let order = match record.order {
             Order::Pick => "fetch",
             Order::Return => "return",
         };
-        for s in &record.snapshots {
+        for s in record.snapshots.iter().chain(lost) {
             let p = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);
             let stage = snapshot_name(s);
             let (attempts, time) = (record.attempts, start + s.time);

@@ -171,13 +171,14 @@ impl Products<'_> {
         if !setup.fetches() {
             return Ok(Extra::default());
         }
-        let rows = setup.cell.arms.iter().zip(&performance.changes).flat_map(|(arm, changes)| {
-            changes.iter().map(|record| StagesOf {
-                arm: &arm.model.name,
-                ink: &setup.drawing.layers[record.place.layer].name,
-                record,
-            })
-        });
+        let mut rows = Vec::new();
+        for ((arm, changes), lost) in setup.cell.arms.iter().zip(&performance.changes).zip(&performance.lost) {
+            for (i, record) in changes.iter().enumerate() {
+                let ink = &setup.drawing.layers[record.place.layer].name;
+                let lost = if i + 1 == changes.len() { lost.as_slice() } else { &[] };
+                rows.push(StagesOf { arm: &arm.model.name, ink, record, lost });
+            }
+        }
         let csv = stages_csv(rows);
         written.other(out.write("tools.csv", csv.as_bytes())?, "The tool in the hand, stage by stage of every change");
         let (extra, stages) = scenery::tools(scenario, setup, performance)?;

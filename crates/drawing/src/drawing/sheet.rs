@@ -11,7 +11,7 @@ pub struct Stroke {
     /// point at its end.
     pub points: Vec<Point2<f64>>,
     /// Wished width of the line at each point, m; empty where the pen's own width is wished.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub widths: Vec<f64>,
 }
 

@@ -26,7 +26,7 @@ pub struct SurfaceTarget {
     /// The same point on the sheet, m.
     pub sheet: Point2<f64>,
     /// Wished width of the line there, m; `None` where the pen's own is wished.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub width: Option<f64>,
 }
 

@@ -10,7 +10,7 @@ use crate::control::MeasuredState;
 use crate::math::Pose;
 use crate::mesh::TriMesh;
 use crate::robot::{JointVector, Kinematics};
-use crate::skill::{HandCommand, Order, PenPlace, Stage, ToolChange};
+use crate::skill::{HandCommand, Order, PenPlace, Stage, ToolChange, tool_from_pen};
 use crate::truth::TrueGripper;
 use crate::twin::{TipForce, TipState};
 
@@ -44,6 +44,8 @@ pub struct Held {
     /// Where the tool stood in its dock.
     seat: Pose,
     limit: GripLimit,
+    /// The tool seen from the pen's tip frame.
+    pen_from_tool: Pose,
     lost: bool,
     /// Finger joints when the pen began to be led, rad, as sensed.
     fingers: [[f64; 3]; 3],
@@ -80,6 +82,7 @@ impl Held {
             place,
             count,
             limit,
+            pen_from_tool: tool_from_pen(&setup.set).inverse(),
             lost: false,
             fingers: [[0.0; 3]; 3],
             opens_in: None,
@@ -149,7 +152,8 @@ impl Held {
         Ok(())
     }
 
-    /// Whether the tool, moved as one body with the hand, is loaded with more than its grasp withstands.
+    /// Whether the tool, moved as one body with the hand, is loaded with more than its grasp withstands: by the pen's force, its own
+    /// weight and its inertia. `k` are the arm's kinematics with the pen's tip as its tip, at the joints `after` a step of `dt` s.
     pub(crate) fn is_overloaded(
         &self,
         k: &Kinematics,
@@ -157,8 +161,11 @@ impl Held {
         [before, after]: [&MeasuredState; 2],
         dt: f64,
     ) -> bool {
-        let _ = (k, force, before, after, dt, &self.limit);
-        false
+        // all of the tool is taken to accelerate as its tip does
+        let acceleration = k.tip_velocity(&(after.qd - before.qd)) / dt;
+        let world_from_tool = k.world_from_tip() * self.pen_from_tool;
+        let (force, moment) = self.limit.wrench(&world_from_tool, &force.force, &acceleration);
+        self.limit.used(&force, &moment) > 1.0
     }
 
     /// The pen's tip, where the tool is.

@@ -9,7 +9,7 @@ mod trial;
 mod world;
 
 pub use change_record::{ChangeMotion, ChangeRecord, Handover, Snapshot};
-pub use grip_limit::{GripLimit, grip_wrench};
+pub use grip_limit::GripLimit;
 pub use hand::Hand;
 pub use held::{DockState, Held};
 pub use trial::{FailureClass, GOOD_SEAT, LEFT, Picked, StagePose, TrialOutcome, TrialSetup, tool_change_trial};
