@@ -143,6 +143,18 @@ pub struct BeliefMetrics {
     /// Largest, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_max_mm: Option<f64>,
+    /// Of the six motions of a rigid canvas, those that the scanned shape shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shown_motions: Option<usize>,
+    /// Marks that a camera found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marks: Option<usize>,
+    /// Distance of the believed sheet's centre from the true one, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sheet_offset_mm: Option<f64>,
+    /// Angle between the believed and the true sheet, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sheet_turn_deg: Option<f64>,
     /// Wall-clock time of scanning and meshing, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
@@ -455,6 +467,10 @@ impl MetricPath {
         metric("belief.error_mean_mm", "mm", "mean distance of the believed surface from the true one"),
         metric("belief.error_p95_mm", "mm", "the same; 95 % of the sheet is better than this"),
         metric("belief.error_max_mm", "mm", "the same at the worst place"),
+        metric("belief.shown_motions", "", "of the six motions of a rigid canvas, those that the scanned shape shows"),
+        metric("belief.marks", "", "marks on the canvas that a camera found"),
+        metric("belief.sheet_offset_mm", "mm", "how far the believed sheet's centre is from the true one"),
+        metric("belief.sheet_turn_deg", "deg", "how far the believed sheet is turned against the true one"),
         metric("belief.duration_s", "s", "time the computer took to scan and to make the surface"),
         metric(
             "mapping.angle_error_mean",

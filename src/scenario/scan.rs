@@ -52,6 +52,19 @@ pub struct ScanSettings {
     pub calibration_deg: f64,
     /// Move the views onto each other.
     pub register: bool,
+    /// Standard deviation with which the canvas's middle may stand off its nominal place along each axis, as far as the robot knows,
+    /// mm. The sheet is put where the scanned shape says that it is, as far as the shape says so. 0 is a place that is known: there it
+    /// stays.
+    pub placement_mm: f64,
+    /// Standard deviation with which it may be turned about each axis through its middle, degrees; 0 is a turn that is known.
+    pub placement_deg: f64,
+    /// Marks are printed on the canvas, and cameras find them: they say where the sheet is where the shape doesn't.
+    pub marks: bool,
+    /// Places of the marks on the sheet, mm from its centre, right and up; its corners when absent.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub marks_at_mm: Vec<[f64; 2]>,
+    /// Standard deviation of a mark's found place along each axis, mm.
+    pub marks_noise_mm: f64,
     /// What is scanned round the sheet, on each side, mm.
     pub margin_mm: f64,
     /// How far beyond what was scanned the canvas is thought to go on, mm: travels keep clear of it there too.
@@ -114,6 +127,11 @@ impl Default for ScanSettings {
             calibration_mm: 0.5,
             calibration_deg: 0.05,
             register: true,
+            placement_mm: 10.0,
+            placement_deg: 1.0,
+            marks: false,
+            marks_at_mm: Vec::new(),
+            marks_noise_mm: 0.3,
             margin_mm: 60.0,
             skirt_mm: 200.0,
             voxel_mm: 2.0,
@@ -172,6 +190,17 @@ pub(super) fn resolve_scan(
     check.within("scan.grazing_deg", scan.grazing_deg, 1.0, 89.9)?;
     check.within("scan.calibration_mm", scan.calibration_mm, 0.0, 1000.0)?;
     check.within("scan.calibration_deg", scan.calibration_deg, 0.0, 45.0)?;
+    check.within("scan.placement_mm", scan.placement_mm, 0.0, 1000.0)?;
+    check.within("scan.placement_deg", scan.placement_deg, 0.0, 45.0)?;
+    check.within("scan.marks_noise_mm", scan.marks_noise_mm, 0.0, 1000.0)?;
+    for x in scan.marks_at_mm.iter().flatten() {
+        check.within("scan.marks_at_mm", *x, -1e4, 1e4)?;
+    }
+    if scan.marks && scan.cloud.is_some() {
+        return Err(
+            check.sentence("scan.marks", "marks are found by the simulated cameras: with a `cloud` there are none")
+        );
+    }
     check.within("scan.margin_mm", scan.margin_mm, 0.0, 1e4)?;
     check.within("scan.skirt_mm", scan.skirt_mm, 0.0, 1e4)?;
     check.within("scan.voxel_mm", scan.voxel_mm, 0.0, 1000.0)?;

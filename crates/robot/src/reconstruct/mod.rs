@@ -15,6 +15,7 @@ mod normals;
 mod options;
 mod patch;
 mod register;
+mod sheet_pose;
 mod skirt;
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
@@ -27,6 +28,7 @@ pub use cloud::Cloud;
 pub use error::ReconstructError;
 pub use options::{MeshingOptions, ScanReport};
 pub use register::Prior;
+pub use sheet_pose::{Located, Mark, Placement, locate_sheet};
 pub use skirt::skirt;
 
 use meshing::{Built, Wish, reconstruct};

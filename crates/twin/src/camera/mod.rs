@@ -3,6 +3,7 @@
 //! [`scan_canvas`] is the sensor: it sees the true canvas, and gives what a robot believes of what was seen.
 mod depth_camera;
 mod error;
+mod marks;
 mod options;
 
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
@@ -15,6 +16,7 @@ use crate::truth::TrueCanvas;
 
 pub use depth_camera::DepthCamera;
 pub use error::ScanError;
+pub use marks::{find_marks, sheet_corners};
 pub use options::{ScanOptions, Viewpoint, Viewpoints};
 
 use depth_camera::{look_at, misplaced};
@@ -74,5 +76,7 @@ fn poses(views: &Viewpoints, sheet: &SheetFrame) -> Result<Vec<Pose>, ScanError>
         .collect()
 }
 
+#[cfg(test)]
+mod sheet_tests;
 #[cfg(test)]
 mod tests;

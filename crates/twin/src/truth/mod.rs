@@ -14,11 +14,11 @@ pub use canvas::TrueCanvas;
 pub use carried::Carried;
 pub use gripper::{GripperTruth, TrueGripper};
 pub use gripper_error::{DockError, ErrorRanges, SensorNoise, Variation};
-pub use perturbed::{PlankKind, TruthError, TruthOptions, TruthReport};
+pub use perturbed::{PlankKind, TruthError, TruthOptions, TruthReport, perturb};
 
 use crate::skill::GripperKit;
 use crate::surface::Canvas;
-use perturbed::{perturb, unshaped};
+use perturbed::unshaped;
 
 /// How truth may differ from belief in one run.
 #[derive(Clone, Debug, PartialEq)]
