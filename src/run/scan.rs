@@ -174,8 +174,8 @@ fn options(s: &ScanSettings) -> ScanOptions {
 mod tests {
     use std::path::Path;
 
+    use super::*;
     use crate::drawing::Drawing;
-    use crate::run::cast::Cast;
     use crate::scenario::Scenario;
 
     /// How far (mm) the believed sheet's centre is from the true one and from the nominal one, on a scanned table.
@@ -183,9 +183,10 @@ mod tests {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/grid_plane.toml");
         let sets = ["canvas.belief=\"scan\"", "scan.noise_px=0.05"].iter().chain(sets).map(|s| s.parse().unwrap());
         let scenario = Scenario::read(&file, &sets.collect::<Vec<_>>()).unwrap();
-        let cast = Cast::load(&scenario, Drawing::new(0.15, 0.15, vec![]), vec![]).unwrap();
-        let centre = |c: &crate::surface::Canvas| c.sheet.world_from_sheet.translation.vector;
-        [&*cast.truth, &cast.scene.canvas].map(|c| (centre(&cast.belief) - centre(c)).norm() * 1e3)
+        let setup = Setup::load(&scenario, Drawing::new(0.15, 0.15, vec![]), vec![]).unwrap();
+        let (belief, _) = Scan::make(scenario.scan.as_ref().unwrap(), &setup, scenario.seed).unwrap();
+        let centre = |c: &Canvas| c.sheet.world_from_sheet.translation.vector;
+        [setup.truth.canvas().reveal(), &setup.scene.canvas].map(|c| (centre(&belief) - centre(c)).norm() * 1e3)
     }
 
     #[test]
