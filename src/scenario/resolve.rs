@@ -232,12 +232,6 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     let touch = resolve_touch(belief, mapping, overlay.is_some(), typed.touch, typed.plan.hover_mm, check)?;
     if let Some(tools) = &typed.tools {
         check_tools(tools, check)?;
-        if belief == BeliefKind::Touch {
-            return Err(check.sentence(
-                "tools",
-                "`[tools]` doesn't go with `belief = \"touch\"`: an arm that touches holds one pen",
-            ));
-        }
     }
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
