@@ -32,6 +32,7 @@ fn smaller(name: &str) -> &'static [&'static str] {
         "scanned_column" => &["drawing.height_mm=80"],
         "tool_change" => &["render.tool_stages=false"],
         "four_colours" => &["drawing.painterly.strokes=6", "drawing.height_mm=60"],
+        "three_arms" => &["drawing.height_mm=120"],
         "cmyk_tsp" => &["drawing.tsp.points=400", "drawing.height_mm=40"],
         _ => &[],
     }
@@ -148,12 +149,15 @@ each!(
     patterns_column_snowflake,
     plank_wall,
     scanned_column,
+    scanned_tools,
     stylus_signature,
+    three_arms,
     tool_change,
     touched_bucket,
     touched_cone,
     touched_tank,
-    tsp_portrait
+    touched_tools,
+    tsp_portrait,
 );
 
 #[test]
