@@ -157,7 +157,7 @@ each!(
     touched_cone,
     touched_tank,
     touched_tools,
-    tsp_portrait,
+    tsp_portrait
 );
 
 #[test]
