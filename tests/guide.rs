@@ -32,7 +32,7 @@ fn every_key(schema: &serde_json::Value) {
 #[test]
 fn every_figure_is_in_the_guide_in_the_same_words() {
     let guide = guide();
-    for m in MetricPath::ALL {
+    for m in MetricPath::all() {
         let row = format!("| `{}` | {} | {} |", m.path, m.unit, m.meaning);
         assert!(guide.contains(&row), "GUIDE.md should have the row: {row}");
     }

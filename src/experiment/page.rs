@@ -116,7 +116,7 @@ fn groups(experiment: &Experiment, summary: &Summary) -> String {
     let groups = summary.groups();
     let measured = COLUMNS.iter().filter_map(|path| MetricPath::find(path));
     let columns: Vec<&MetricPath> =
-        measured.filter(|m| groups.iter().any(|g| g.metrics.contains_key(m.path))).collect();
+        measured.filter(|m| groups.iter().any(|g| g.metrics.contains_key(&m.path))).collect();
     let has_cases = experiment.cases.len() > 1;
     let mut html = String::from("<h2>Results</h2>\n<table>\n<tr>");
     if has_cases {
@@ -131,7 +131,7 @@ fn groups(experiment: &Experiment, summary: &Summary) -> String {
     }
     for m in &columns {
         let unit = if m.unit.is_empty() { String::new() } else { format!(", {}", m.unit) };
-        let _ = write!(html, "<th style=\"text-align:right\" title=\"{}\">{}{unit}</th>", m.meaning, m.path);
+        let _ = write!(html, "<th style=\"text-align:right\" title=\"{}\">{}{unit}</th>", escape(&m.meaning), m.path);
     }
     html += "</tr>\n";
     for group in groups {
@@ -153,7 +153,7 @@ fn groups(experiment: &Experiment, summary: &Summary) -> String {
 
 fn row_of(group: &Group, experiment: &Experiment, columns: &[&MetricPath]) -> String {
     let rates = experiment.rates.iter().map(|r| cell(group.rates.get(&r.name), 100.0));
-    let figures = columns.iter().map(|m| cell(group.metrics.get(m.path), 1.0));
+    let figures = columns.iter().map(|m| cell(group.metrics.get(&m.path), 1.0));
     rates.chain(figures).collect::<String>() + "</tr>\n"
 }
 
@@ -162,14 +162,14 @@ fn contrasts(summary: &Summary) -> String {
     for contrast in &summary.contrasts {
         let _ = writeln!(html, "<h2>{} less {}</h2>\n<table>", escape(&contrast.case), escape(&contrast.against));
         for m in COLUMNS.iter().filter_map(|path| MetricPath::find(path)) {
-            if let Some(e) = contrast.metrics.get(m.path) {
+            if let Some(e) = contrast.metrics.get(&m.path) {
                 let _ = writeln!(
                     html,
                     "<tr><td><code>{}</code></td>{}<td>{}</td><td class=\"meaning\">{}</td></tr>",
                     m.path,
                     cell(Some(e), 1.0),
                     m.unit,
-                    m.meaning
+                    escape(&m.meaning)
                 );
             }
         }

@@ -49,7 +49,7 @@ impl Rate {
     /// Whether a trial meets it; one that failed, or has no such figure, doesn't.
     pub(super) fn is_met(&self, row: &Row) -> bool {
         let Some((metric, comparison, bound)) = self.condition else { return row.is_ok() };
-        row.metrics.get(metric.path).is_some_and(|x| match comparison {
+        row.metrics.get(&metric.path).is_some_and(|x| match comparison {
             Comparison::AtLeast => *x >= bound,
             Comparison::AtMost => *x <= bound,
             Comparison::Above => *x > bound,
@@ -63,7 +63,7 @@ fn metric(path: &str) -> Result<&'static MetricPath, String> {
     match MetricPath::find(path) {
         Some(m) if kept(path) => Ok(m),
         Some(_) => Err(format!("`{path}` isn't kept of trials: it is about the computer, or about pictures")),
-        None => Err(match diagnostic::nearest(path, MetricPath::ALL.iter().map(|m| m.path)) {
+        None => Err(match diagnostic::nearest(path, MetricPath::all().iter().map(|m| m.path.as_str())) {
             Some(near) => format!("no metric `{path}`: did you mean `{near}`?"),
             None => format!("no metric `{path}`: the metrics are explained in GUIDE.md"),
         }),
@@ -95,7 +95,7 @@ impl Quantity {
     /// Its name in files.
     pub fn name(&self) -> String {
         match self {
-            Quantity::Metric(m) => m.path.into(),
+            Quantity::Metric(m) => m.path.clone(),
             Quantity::Rate(r) => format!("rate.{}", r.name),
         }
     }
@@ -103,9 +103,9 @@ impl Quantity {
     /// What it says, for people.
     pub fn meaning(&self) -> String {
         match self {
-            Quantity::Metric(m) => m.meaning.into(),
-            Quantity::Rate(r) if r.words.is_empty() => "share of trials that could be done".into(),
-            Quantity::Rate(r) => format!("share of trials with {}", r.words),
+            Quantity::Metric(m) => m.meaning.clone(),
+            Quantity::Rate(r) if r.words.is_empty() => "Share of trials that could be done".into(),
+            Quantity::Rate(r) => format!("Share of trials with {}", r.words),
         }
     }
 
@@ -120,7 +120,7 @@ impl Quantity {
     /// Its value in a trial; `None` where a figure is absent.
     pub(super) fn value(&self, row: &Row) -> Option<f64> {
         match self {
-            Quantity::Metric(m) => row.metrics.get(m.path).copied(),
+            Quantity::Metric(m) => row.metrics.get(&m.path).copied(),
             Quantity::Rate(r) => Some(f64::from(u8::from(r.is_met(row)))),
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::measure::{MetricPath, Metrics};
+use crate::measure::Metrics;
 use crate::run::RunError;
 
 use super::spec::Trial;
@@ -76,13 +76,9 @@ impl Row {
         };
         match outcome {
             Ok(metrics) => {
-                let json = serde_json::to_value(&metrics).unwrap_or_default();
-                let figure = |m: &MetricPath| {
-                    let value = json.pointer(&format!("/{}", m.path.replace('.', "/")))?.as_f64()?;
-                    kept(m.path).then(|| (m.path.to_string(), value))
-                };
-                let metrics_of_trial = MetricPath::ALL.iter().filter_map(figure).collect();
-                Row { digest: metrics.digest, metrics: metrics_of_trial, ..row }
+                let values = metrics.values().into_iter().filter(|(m, _)| kept(&m.path));
+                let values = values.map(|(m, value)| (m.path.clone(), value)).collect();
+                Row { digest: metrics.digest, metrics: values, ..row }
             }
             Err(error) => {
                 let reason = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");

@@ -445,14 +445,8 @@ fn plots(typed: &ExperimentFile, rates: &[Rate], axes: &[Axis], bad: &Bad) -> Re
         if !(2..=200).contains(&bins) {
             return Err(bad(section, "bins", format!("`bins` must be from 2 to 200, not {bins}")));
         }
-        let title = plot.title.clone().unwrap_or_else(|| sentence(&quantity.meaning()));
+        let title = plot.title.clone().unwrap_or_else(|| quantity.meaning());
         plots.push(PlotSpec { kind: plot.kind, quantity, axis, axis_y, log: plot.log, bins, title });
     }
     Ok(plots)
-}
-
-/// The words with a capital letter.
-fn sentence(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -117,9 +117,9 @@ impl Summary {
 }
 
 fn group(experiment: &Experiment, case: &str, axes: BTreeMap<String, Value>, rows: &[&Row], place: &str) -> Group {
-    let metrics = MetricPath::ALL.iter().filter_map(|m| {
+    let metrics = MetricPath::all().iter().filter_map(|m| {
         let estimate = Estimate::of(&Quantity::Metric(m), rows, experiment.seed, place)?;
-        Some((m.path.to_string(), estimate))
+        Some((m.path.clone(), estimate))
     });
     let rates = experiment.rates.iter().filter_map(|r| {
         let estimate = Estimate::of(&Quantity::Rate(r.clone()), rows, experiment.seed, place)?;
@@ -151,9 +151,9 @@ fn contrasts(experiment: &Experiment, rows: &[Row]) -> Vec<Contrast> {
             .collect();
         let differences: Vec<&Row> = differences.iter().collect();
         let place = format!("{} against {}", case.name, first.name);
-        let metrics = MetricPath::ALL.iter().filter_map(|m| {
+        let metrics = MetricPath::all().iter().filter_map(|m| {
             let estimate = Estimate::of(&Quantity::Metric(m), &differences, experiment.seed, &place)?;
-            Some((m.path.to_string(), estimate))
+            Some((m.path.clone(), estimate))
         });
         Contrast { case: case.name.clone(), against: first.name.clone(), metrics: metrics.collect() }
     };

@@ -47,10 +47,10 @@ fn columns(rows: &[Row]) -> Vec<(String, Column)> {
     columns.push(("status".into(), text(&|r| Some(if r.status == Status::Ok { "ok" } else { "failed" }.into()))));
     columns.push(("reason".into(), text(&|r| filled(&r.reason))));
     columns.push(("digest".into(), text(&|r| r.digest.clone())));
-    for metric in MetricPath::ALL {
-        let column: Vec<Option<f64>> = rows.iter().map(|r| r.metrics.get(metric.path).copied()).collect();
+    for metric in MetricPath::all() {
+        let column: Vec<Option<f64>> = rows.iter().map(|r| r.metrics.get(&metric.path).copied()).collect();
         if column.iter().any(Option::is_some) {
-            columns.push((metric.path.to_string(), Column::Number(column)));
+            columns.push((metric.path.clone(), Column::Number(column)));
         }
     }
     columns
@@ -124,9 +124,9 @@ pub(super) fn summary_csv(summary: &Summary) -> Result<Vec<u8>, ExperimentError>
     };
     for group in summary.cases.iter().chain(&summary.cells) {
         group.rates.iter().for_each(|(name, e)| add(group, &format!("rate.{name}"), e));
-        for metric in MetricPath::ALL {
-            if let Some(e) = group.metrics.get(metric.path) {
-                add(group, metric.path, e);
+        for metric in MetricPath::all() {
+            if let Some(e) = group.metrics.get(&metric.path) {
+                add(group, &metric.path, e);
             }
         }
     }

@@ -6,6 +6,7 @@ mod heights;
 mod laid;
 mod line;
 mod metrics;
+mod paths;
 mod segments;
 mod shape;
 mod tools;
@@ -15,9 +16,10 @@ pub use heights::StrokeHeights;
 pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
-    BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, MetricPath,
-    Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,
+    BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, Metrics,
+    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,
 };
+pub use paths::MetricPath;
 pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
-pub use tools::{ScheduleMetrics, ToolMetrics, ToolPose};
+pub use tools::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
 pub use width::width_error;

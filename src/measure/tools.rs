@@ -1,6 +1,4 @@
 //! Figures of tool changes: contract of metrics.json.
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,34 +6,34 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ToolMetrics {
-    /// Fetches and returns.
+    /// Pens fetched or brought back by the robot.
     pub changes: u64,
-    /// Fetches.
+    /// Pens fetched by the robot.
     pub fetches: u64,
     /// Fetches that were simulated each by itself: copies of one simulation count once.
     pub fetches_distinct: u64,
     /// Share of the distinct fetches that worked, with what became of the pen until it was back.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub success_rate: Option<f64>,
-    /// Lower end of its 95 % interval (Wilson).
+    /// Lower end of the 95 % interval of `success_rate` (Wilson).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub success_rate_low: Option<f64>,
-    /// Upper end of its 95 % interval (Wilson).
+    /// Upper end of the 95 % interval of `success_rate` (Wilson).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub success_rate_high: Option<f64>,
-    /// Largest jump of a joint where one plant takes over from another, rad.
+    /// Largest jump of a joint where one plant takes over from another.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub handover_jump_rad: Option<f64>,
-    /// Longest time in which all came to rest before a fetch began, s.
+    /// Longest time in which all came to rest before a fetch began.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settling_s: Option<f64>,
-    /// Attempts at fetches and returns.
+    /// Attempts at fetching or bringing back a pen.
     pub attempts: u64,
-    /// Those that worked.
+    /// Pen changes that worked.
     pub successes: u64,
-    /// Those that didn't, of whatever kind.
+    /// Pen changes that didn't work, of whatever kind.
     pub failed: u64,
-    /// Times a pen was drawn with that contact and friction held all the while.
+    /// Times that a pen was drawn with which friction held all the while.
     pub held_by_friction: u64,
     /// Pens dropped.
     pub dropped: u64,
@@ -43,47 +41,65 @@ pub struct ToolMetrics {
     pub pick_given_up: u64,
     /// Returns given up, the pen left in the hand or in its dock.
     pub return_given_up: u64,
-    /// Fetches that the robot took for good with the pen more than 1 mm or 1 degree off in the hand.
+    /// Fetched pens more than 1 mm or 1 degree off in the hand that the robot took for good.
     pub bad_pose: u64,
-    /// Returns that the robot took for good with the pen more than 1 mm off its seat.
+    /// Returned pens more than 1 mm off their seat that the robot took for good.
     pub not_seated: u64,
-    /// 95th percentile of the pen tip's position error in the hand, mm.
+    /// How far a fetched pen's tip is off in the hand; 95 % are below this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose_error_mm_p95: Option<f64>,
-    /// The largest, mm.
+    /// How far a fetched pen's tip is off in the hand, at most.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose_error_mm_max: Option<f64>,
-    /// 95th percentile of the pen's angle error in the hand, degrees.
+    /// How far a fetched pen leans in the hand; 95 % are below this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose_error_deg_p95: Option<f64>,
-    /// The pen tip of the first fetch in the hand, against a perfect grasp.
+    /// The first fetched pen's tip in the hand, against a perfect grasp.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip: Option<ToolPose>,
-    /// The tool in the hand at the end of each stage of the first fetch, against the design, by the stage's name.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub stages: BTreeMap<String, ToolPose>,
-    /// Physics steps of all changes.
+    /// The tool in the hand at the end of each stage of the first fetch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stages: Option<ToolStages>,
+    /// Physics steps of all pen changes.
     pub steps: u64,
     /// Who waited for whom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub schedule: Option<ScheduleMetrics>,
 }
 
+/// How the tool sits in the hand, against the design, at the end of each stage of a fetch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ToolStages {
+    /// The tool in the hand after the approach.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub approach: Option<ToolPose>,
+    /// The tool in the hand after the half-grasp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub half_grasp: Option<ToolPose>,
+    /// The tool in the hand after the lift.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lift: Option<ToolPose>,
+    /// The tool in the hand after the full grasp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub full_grasp: Option<ToolPose>,
+}
+
 /// How a tool sits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ToolPose {
-    /// Out of the palm, mm.
+    /// Out of the palm.
     pub x_mm: f64,
-    /// Across, from the thumb to the fingers, mm.
+    /// Across, from the thumb to the fingers.
     pub y_mm: f64,
-    /// Up, mm.
+    /// Up.
     pub z_mm: f64,
-    /// About x, degrees.
+    /// Roll, about x.
     pub roll_deg: f64,
-    /// About y, degrees.
+    /// Pitch, about y.
     pub pitch_deg: f64,
-    /// About z, degrees.
+    /// Yaw, about z.
     pub yaw_deg: f64,
 }
 
@@ -99,20 +115,20 @@ impl ToolPose {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ScheduleMetrics {
-    /// The whole run, s.
+    /// How long the whole run takes.
     pub duration_s: f64,
-    /// How long arms stood waiting for the canvas, s, over all arms.
+    /// How long arms stood waiting for the canvas, over all arms.
     pub waiting_s: f64,
-    /// Time in which more than one arm is over the canvas, s.
+    /// Time in which more than one arm is over the canvas.
     pub together_s: f64,
-    /// What one arm would take for all the same work, s: no one waits, nothing is done at the same time.
+    /// How long one arm would take for the same work: no one waits, nothing is done at the same time.
     pub one_arm_s: f64,
-    /// Share of that time saved.
+    /// Share of the time of one arm that was saved.
     pub saved_fraction: f64,
-    /// The arms are never nearer than this in the plan, mm.
+    /// Least distance of two arms in the plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance_planned_mm: Option<f64>,
-    /// The arms never were nearer than this, mm.
+    /// Least distance of two arms as simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance_mm: Option<f64>,
 }

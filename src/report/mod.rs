@@ -29,5 +29,5 @@ pub use plan_file::{plan_json, plan_npy};
 pub use plot::{Frame, Plot, WIDTH, series_color};
 pub use reach_figure::{ShownCanvas, reach_figure};
 pub use record_file::{RecordFileError, write_record};
-pub use stages_csv::{StagesOf, snapshot_name, stage_name, stages_csv};
+pub use stages_csv::{StagesOf, snapshot_name, stages_csv};
 pub use summary::{duration, metrics_json, summary};

@@ -1,7 +1,7 @@
 //! report.html: one page that tells a person what happened, without anything from outside its folder.
 use std::fmt::Write as _;
 
-use crate::measure::{MetricPath, Metrics};
+use crate::measure::Metrics;
 use crate::plan::SegmentKind;
 use crate::twin::{ArmRecord, EventKind, Record};
 
@@ -64,8 +64,8 @@ fn tiles(metrics: &Metrics) -> String {
     let contact = metrics.contact.as_ref();
     let force = contact.and_then(|c| c.force_mean_n.zip(c.force_sd_n));
     let tiles = [
-        (line.and_then(|l| l.error_mean_mm).map(|e| format!("{e:.3} mm")), "mean distance from the wished line"),
-        (line.and_then(|l| l.coverage).map(|c| format!("{:.2} %", c * 100.0)), "of the wished line drawn"),
+        (line.and_then(|l| l.error_mean_mm).map(|e| format!("{e:.3} mm")), "mean distance from the desired line"),
+        (line.and_then(|l| l.coverage).map(|c| format!("{:.2} %", c * 100.0)), "of the desired line drawn"),
         (force.map(|(mean, sd)| format!("{mean:.2} &plusmn; {sd:.2} N")), "force of the pen"),
         (
             metrics.drawing.as_ref().map(|d| format!("{} / {:.2} m", d.strokes, d.length_m)),
@@ -178,9 +178,8 @@ fn failures(metrics: &Metrics) -> String {
 fn table(metrics: &Metrics) -> String {
     let mut html = String::from("<h2>Figures</h2>\n<table>\n");
     let mut section = "";
-    for metric in MetricPath::ALL {
-        let Some(value) = metrics.value(metric.path) else { continue };
-        let (head, name) = metric.path.split_once('.').unwrap_or(("", metric.path));
+    for (metric, value) in metrics.values() {
+        let (head, name) = metric.path.split_once('.').unwrap_or(("", &metric.path));
         if head != section {
             section = head;
             let _ = writeln!(html, "<tr><th colspan=\"3\">{head}</th></tr>");
@@ -190,7 +189,7 @@ fn table(metrics: &Metrics) -> String {
             "<tr><td><code>{name}</code></td><td class=\"value\">{} {}</td><td class=\"meaning\">{}</td></tr>",
             figure(value),
             metric.unit,
-            metric.meaning
+            escape(&metric.meaning)
         );
     }
     html + "</table>\n"

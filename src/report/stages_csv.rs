@@ -4,7 +4,7 @@ use crate::skill::{Order, Stage};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
 
 /// The name of a stage in files.
-pub fn stage_name(stage: Stage) -> &'static str {
+fn stage_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Approach => "approach",
         Stage::HalfGrasp => "half_grasp",

@@ -7,12 +7,11 @@ use super::setup::Setup;
 use crate::exec::{Done, Visit};
 use crate::math::stats::quantile;
 use crate::math::{Digest, wilson};
-use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose};
+use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
 use crate::plan::{Motion, Nearest, Plan, SegmentKind, nearest};
-use crate::report::stage_name;
 use crate::robot::{ArmModel, JointVector};
 use crate::scenario::Scenario;
-use crate::skill::{Order, TaskFailure};
+use crate::skill::{Order, Stage, TaskFailure};
 use crate::twin::grasp::{ChangeRecord, GOOD_SEAT};
 
 /// Time between looks at how near arms are, s.
@@ -135,7 +134,7 @@ pub(super) fn tool_metrics<P>(done: &[Done<P>], near: Distances, scenario: &Scen
             let (roll, pitch, yaw) = e.rotation.euler_angles();
             ToolPose::of(e.translation.vector.into(), [roll, pitch, yaw])
         }),
-        stages: first.map(stages).unwrap_or_default(),
+        stages: first.map(stages),
         steps: changes().map(|c| c.steps).sum(),
         schedule: scenario.tools.is_some().then(|| schedule(done, near)),
     }
@@ -147,14 +146,20 @@ fn is_bad(c: &ChangeRecord) -> bool {
     held.is_some_and(|s| !s.in_hand.is_good())
 }
 
-fn stages(first: &ChangeRecord) -> std::collections::BTreeMap<String, ToolPose> {
-    let passed = first.snapshots.iter().filter(|s| !s.failed);
-    passed
-        .filter_map(|s| {
-            let pose = ToolPose::of(s.in_hand.xyz, s.in_hand.rpy);
-            s.stage.map(|stage| (stage_name(stage).to_string(), pose))
-        })
-        .collect()
+/// How the tool sat in the hand after each stage of a fetch that went well, the last time that it did.
+fn stages(first: &ChangeRecord) -> ToolStages {
+    let mut stages = ToolStages::default();
+    for s in first.snapshots.iter().filter(|s| !s.failed) {
+        let pose = Some(ToolPose::of(s.in_hand.xyz, s.in_hand.rpy));
+        match s.stage {
+            Some(Stage::Approach) => stages.approach = pose,
+            Some(Stage::HalfGrasp) => stages.half_grasp = pose,
+            Some(Stage::Lift) => stages.lift = pose,
+            Some(Stage::FullGrasp) => stages.full_grasp = pose,
+            _ => {}
+        }
+    }
+    stages
 }
 
 /// A fetch and what became of the pen: whether it came out of its dock well, and back into it where it was brought back.

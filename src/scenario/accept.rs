@@ -37,9 +37,10 @@ impl Scenario {
     pub fn unmet(&self, metrics: &Metrics) -> Vec<Unmet> {
         let within =
             |bounds: &Threshold, x: f64| bounds.min.is_none_or(|min| x >= min) && bounds.max.is_none_or(|max| x <= max);
+        let values = metrics.values();
         let mut unmet = Vec::new();
         for (path, bounds) in &self.accept {
-            let value = metrics.value(path);
+            let value = values.iter().find(|(m, _)| m.path == *path).map(|(_, value)| *value);
             if !value.is_some_and(|x| within(bounds, x)) {
                 unmet.push(Unmet { path: path.clone(), bounds: *bounds, value });
             }

@@ -384,7 +384,7 @@ fn check_accept(accept: &BTreeMap<String, Threshold>, check: &Check) -> Result<(
     for (path, bounds) in accept {
         let key = format!("accept.{path}");
         if MetricPath::find(path).is_none() {
-            let names = MetricPath::ALL.iter().map(|m| m.path);
+            let names = MetricPath::all().iter().map(|m| m.path.as_str());
             let message = match diagnostic::nearest(path, names) {
                 Some(near) => format!("no metric `{path}`: did you mean `{near}`?"),
                 None => format!("no metric `{path}`: the metrics are explained in GUIDE.md"),

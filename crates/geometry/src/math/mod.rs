@@ -1,4 +1,4 @@
-//! Poses, rotation logarithms, statistics, seeds, digests and sparse systems: what every other room may use.
+//! Poses, rotation logarithms, statistics, seeds, digests, units in names and sparse systems: what every other room may use.
 
 mod color;
 mod digest;
@@ -6,6 +6,7 @@ mod interval;
 mod pose;
 mod seed;
 pub mod stats;
+mod unit_name;
 
 pub use calamus_sparse::{Cholesky, SparseError};
 pub use color::{PAPER, Rgb, SrgbTable, linear_from_srgb, srgb_from_linear};
@@ -13,3 +14,4 @@ pub use digest::Digest;
 pub use interval::{bootstrap_mean, wilson};
 pub use pose::{Pose, frame_from_axes, rotation_vector};
 pub use seed::{standard_normal, stream, unit};
+pub use unit_name::unit_of_name;
