@@ -43,7 +43,7 @@ struct Bench {
     pen: PenModel,
     state: MeasuredState,
     kinematics: Kinematics,
-    wish: Reference,
+    reference: Reference,
     /// Where the nib rests on the canvas at half a newton or so.
     tip: Point3<f64>,
     axis: Vector3<f64>,
@@ -82,7 +82,7 @@ impl Bench {
         .expect("the line can be reached");
         let line = planned.plan.segments.iter().find(|s| s.kind == SegmentKind::Draw).expect("there is a stroke");
         let m = line.trajectory.sample(0.5 * line.trajectory.duration(), &mut 0);
-        let wish = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05) };
+        let reference = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05) };
         let kinematics = arm.model.kinematics(&m.q);
         let set_point = Point3::from(kinematics.world_from_tip().translation.vector);
         let foot = truth.mesh().closest_point(&set_point);
@@ -98,7 +98,7 @@ impl Bench {
             mapping,
             arm,
             kinematics,
-            wish,
+            reference,
         }
     }
 
@@ -119,7 +119,7 @@ impl Bench {
 fn control(bencher: Bencher) {
     let b = Bench::new();
     let mut controller = b.controller();
-    bencher.bench_local(|| controller.torque(black_box(&b.state), &b.kinematics, &b.wish, DT));
+    bencher.bench_local(|| controller.torque(black_box(&b.state), &b.kinematics, &b.reference, DT));
 }
 
 /// Poses of all links and the joints' axes.
@@ -137,11 +137,11 @@ fn contact(bencher: Bencher) {
     bencher.bench_local(|| b.contact(black_box(&mut nib)));
 }
 
-/// Steps a plant under the torques of the controller, so that the arm stays where it is wished.
+/// Steps a plant under the torques of the controller, so that the arm stays where it is desired.
 fn physics(bencher: Bencher, make: impl Fn(&Bench) -> Box<dyn Plant>) {
     let b = Bench::new();
     let mut plant = make(&b);
-    let torque = b.controller().torque(&b.state, &b.kinematics, &b.wish, DT).torque;
+    let torque = b.controller().torque(&b.state, &b.kinematics, &b.reference, DT).torque;
     let force = b.contact(&mut Nib::default()).force;
     let forces = [TipForce { point: b.tip, force }];
     let mut steps = 0;

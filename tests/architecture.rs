@@ -196,7 +196,7 @@ fn crates_depend_on_what_their_rooms_use_and_a_robot_on_nothing_true() {
     for (name, folder) in CRATES {
         let here = || rooms.values().filter(|r| r.lives_in == name);
         assert!(here().count() > 0, "no room lives in {name}");
-        let wished: BTreeSet<String> = here()
+        let desired: BTreeSet<String> = here()
             .flat_map(|r| r.may_use.iter().map(|u| rooms[u].lives_in.as_str()))
             .filter(|c| *c != name)
             .map(|c| format!("calamus_{c}"))
@@ -205,11 +205,11 @@ fn crates_depend_on_what_their_rooms_use_and_a_robot_on_nothing_true() {
         let all_owned: BTreeSet<&String> = rooms.values().flat_map(|r| &r.owns).filter(|o| *o != "schemars").collect();
         let has = dependencies(folder);
         for d in has.iter().filter(|d| d.starts_with("calamus_") || all_owned.contains(d)) {
-            if !wished.contains(d) {
+            if !desired.contains(d) {
                 wrong.push(format!("{folder}/Cargo.toml: no room of {name} may use `{d}`"));
             }
         }
-        wrong.extend(wished.difference(&has).map(|d| format!("{folder}/Cargo.toml: `{d}` isn't there")));
+        wrong.extend(desired.difference(&has).map(|d| format!("{folder}/Cargo.toml: `{d}` isn't there")));
     }
     assert!(!dependencies("crates/robot").contains("calamus_twin"), "a robot may not know what is true");
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));

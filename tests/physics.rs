@@ -99,10 +99,10 @@ fn both_plants_draw_the_same_motion() {
         for i in 0..1000 {
             let state = *plant.state(0);
             let k = arm.kinematics(&state.q);
-            let mut wish =
+            let mut reference =
                 Reference { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() };
-            wish.q[1] += 0.1 * smooth(f64::from(i) * 1e-3);
-            let out = controller.torque(&state, &k, &wish, dt);
+            reference.q[1] += 0.1 * smooth(f64::from(i) * 1e-3);
+            let out = controller.torque(&state, &k, &reference, dt);
             plant.step(&[out.torque], &[TipForce::default()], &[k]).unwrap();
         }
         *plant.state(0)
@@ -154,9 +154,9 @@ fn a_step_is_answered_with_the_designed_damping() {
                 );
                 let moved = Vector6::new(p.x, p.y, p.z, w.x, w.y, w.z).dot(&dual) / shape.dot(&dual);
                 overshoot = overshoot.max(moved - 1.0);
-                let wish =
+                let reference =
                     Reference { q: goal, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() };
-                let out = controller.torque(&state, &now, &wish, dt);
+                let out = controller.torque(&state, &now, &reference, dt);
                 plant.step(&[out.torque], &[TipForce::default()], &[now]).unwrap();
             }
             let log = overshoot.ln();
@@ -256,10 +256,10 @@ fn pressing_by_delta_gives_k_delta() {
     for (name, record) in [("plane", plane_record()), ("dome", dome_record()), ("column", column_record())] {
         // the last instant of the rest before drawing
         let rest = record.arms[0].samples.iter().rfind(|s| s.segment == SegmentKind::Press).unwrap();
-        let wished = 350.0 * 0.003;
+        let desired = 350.0 * 0.003;
         assert!(
-            (rest.normal_force.unwrap() / wished - 1.0).abs() < 0.03,
-            "{name}: {} N for {wished} N",
+            (rest.normal_force.unwrap() / desired - 1.0).abs() < 0.03,
+            "{name}: {} N for {desired} N",
             rest.normal_force.unwrap()
         );
     }

@@ -1,4 +1,4 @@
-//! A line of wished width comes out as wide as wished, from the plan to the ink.
+//! A line of desired width comes out as wide as desired, from the plan to the ink.
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -70,7 +70,7 @@ fn drawn(scene: &str, widths: Vec<f64>) -> (SurfaceDrawing, Record) {
 
 #[test]
 fn a_ramp_from_thin_to_thick_is_within_a_tenth_over_nine_tenths_of_its_length() {
-    let wished = |x: f64| 0.75e-3 + (2.2e-3 - 0.75e-3) * (x + 0.07) / 0.14;
+    let desired = |x: f64| 0.75e-3 + (2.2e-3 - 0.75e-3) * (x + 0.07) / 0.14;
     // on the dome the force wavers by 0.06 N, and the lightest part of the line, 0.08 N, loses touch now and then
     for (scene, touching) in [("scenes/plane_table.toml", 0.999), ("scenes/hemisphere.toml", 0.98)] {
         let (line, record) = drawn(scene, vec![0.75e-3, 2.2e-3]);
@@ -80,7 +80,7 @@ fn a_ramp_from_thin_to_thick_is_within_a_tenth_over_nine_tenths_of_its_length() 
         let error = |i: u32| {
             let x = -0.07 + 1.4e-4 * (f64::from(i) + 0.5);
             let p = nearest(x);
-            if (p.sheet.x - x).abs() > 3e-4 { 1.0 } else { (p.width / wished(x) - 1.0).abs() }
+            if (p.sheet.x - x).abs() > 3e-4 { 1.0 } else { (p.width / desired(x) - 1.0).abs() }
         };
         let mut errors: Vec<f64> = (0..1000).map(error).collect();
         errors.sort_by(f64::total_cmp);

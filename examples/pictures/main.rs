@@ -79,8 +79,8 @@ fn main() -> Result<()> {
     let folder = args.first().map_or(given, PathBuf::from);
     std::fs::create_dir_all(&folder)?;
     let studio = Studio { folder, draft };
-    let wished: Vec<&str> = args.iter().skip(1).map(String::as_str).collect();
-    for name in if wished.is_empty() { NAMES.to_vec() } else { wished } {
+    let desired: Vec<&str> = args.iter().skip(1).map(String::as_str).collect();
+    for name in if desired.is_empty() { NAMES.to_vec() } else { desired } {
         let start = std::time::Instant::now();
         studio.make(name)?;
         println!("{name}: {:.1} s", start.elapsed().as_secs_f64());

@@ -84,7 +84,7 @@ fn stylus_options(sketch: &Sketch, progress: &dyn Progress) -> Result<StylusOpti
     if width[0] < 0.98 * narrow || width[1] > 1.02 * wide {
         let [a, b, c, d] = [width[0], width[1], narrow, wide].map(|w| w * 1e3);
         let name = &pen.name;
-        progress.note(&format!("lines from {a:.2} to {b:.2} mm are wished, but a {name} draws {c:.2} to {d:.2} mm"));
+        progress.note(&format!("lines from {a:.2} to {b:.2} mm are desired, but a {name} draws {c:.2} to {d:.2} mm"));
     }
     Ok(StylusOptions { gamma: spec.stylus_gamma, width, ..Default::default() })
 }
@@ -107,7 +107,7 @@ fn generate(pattern: &scenario::Pattern, spec: &DrawingSpec) -> Result<Drawing, 
     Ok(pattern.draw(side)?)
 }
 
-/// Vector lines, tidied if that is wished.
+/// Vector lines, tidied if that is desired.
 fn lines(mut drawing: Drawing, spec: &DrawingSpec) -> Made {
     if spec.tidy {
         let positive = |mm: f64| (mm > 0.0).then_some(mm * 1e-3);

@@ -18,8 +18,8 @@ use crate::picture::{
 };
 use crate::progress::Progress;
 use crate::scenario::{
-    ColorSettings, Generator, Hand, HatchingSettings, LayeredDepthSettings, PainterlySettings, PictureSpec, Separation,
-    Sketch, TspSettings, parse_color,
+    ColorSettings, Generator, HatchingSettings, LayeredDepthSettings, PainterStyle, PainterlySettings, PictureSpec,
+    Separation, Sketch, TspSettings, parse_color,
 };
 use crate::tour::Effort;
 
@@ -142,7 +142,7 @@ impl Job<'_> {
     fn flat(&self) -> Result<Flat, ArtworkError> {
         let count = self.color.count as usize;
         let of = |method| Palette::of(self.picture, method, self.sketch.seed);
-        let wished = |method: &dyn Fn(usize) -> PaletteMethod| {
+        let desired = |method: &dyn Fn(usize) -> PaletteMethod| {
             let palette = of(method(count));
             // a colour that the paper has needs no pen: look for one more
             match palette.paper(PaperRule::LightestIfNearWhite) {
@@ -151,8 +151,8 @@ impl Job<'_> {
             }
         };
         let palette = match self.color.separation.unwrap_or(Separation::Kmeans) {
-            Separation::Kmeans => wished(&|colors| PaletteMethod::KMeans { colors }),
-            Separation::Agglomerative => wished(&|colors| PaletteMethod::Agglomerative { colors }),
+            Separation::Kmeans => desired(&|colors| PaletteMethod::KMeans { colors }),
+            Separation::Agglomerative => desired(&|colors| PaletteMethod::Agglomerative { colors }),
             Separation::Dbscan => {
                 of(PaletteMethod::Dbscan { reach: DBSCAN_REACH, min_share: DBSCAN_SHARE, max_colors: count })
             }
@@ -219,10 +219,10 @@ impl Job<'_> {
     fn painterly(&self, s: &PainterlySettings) -> Result<Artwork, ArtworkError> {
         let flat = self.flat()?;
         let style = match s.hand {
-            Hand::Impressionist => PainterlyStyle::Impressionist,
-            Hand::Expressionist => PainterlyStyle::Expressionist,
-            Hand::ColouristWash => PainterlyStyle::ColouristWash,
-            Hand::Pointillist => PainterlyStyle::Pointillist,
+            PainterStyle::Impressionist => PainterlyStyle::Impressionist,
+            PainterStyle::Expressionist => PainterlyStyle::Expressionist,
+            PainterStyle::ColouristWash => PainterlyStyle::ColouristWash,
+            PainterStyle::Pointillist => PainterlyStyle::Pointillist,
         };
         let radii = s.brushes_mm.iter().map(|mm| 0.5e-3 * mm).collect();
         let options = PainterlyOptions { strokes: s.strokes as usize, radii, ..PainterlyOptions::style(style) };

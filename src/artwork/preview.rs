@@ -1,4 +1,4 @@
-//! The drawing as it is wished: every stroke at its pen's real width, without robot.
+//! The drawing as it is desired: every stroke at its pen's real width, without robot.
 use nalgebra::{Point3, Vector3};
 
 use super::ArtworkError;
@@ -26,15 +26,15 @@ const LIFT_REST: f64 = 0.3;
 const TRAVEL_START: f64 = 0.4;
 const CHANGE_WAY: f64 = 5.0;
 
-/// The ink that a perfect robot would leave: full density, and the width that is wished or that the pen has.
+/// The ink that a perfect robot would leave: full density, and the width that is desired or that the pen has.
 pub(crate) fn desired_trace(drawing: &Drawing, pens: &[LayerPen]) -> InkTrace {
     let mut time = 0.0;
     let mut stroke = |r: &crate::drawing::StrokeRef| {
-        let wished = &drawing.layers[r.layer].strokes[r.stroke];
+        let desired = &drawing.layers[r.layer].strokes[r.stroke];
         let own = pens[r.layer].pen.width_nominal;
-        let points = wished.points.iter().enumerate().map(|(i, p)| {
+        let points = desired.points.iter().enumerate().map(|(i, p)| {
             time += 1.0;
-            let width = wished.widths.get(i).copied().unwrap_or(own);
+            let width = desired.widths.get(i).copied().unwrap_or(own);
             let position = Point3::new(p.x, p.y, 0.0);
             InkPoint { position, normal: Vector3::z(), sheet: *p, width, density: 1.0, time }
         });
@@ -55,20 +55,20 @@ pub(crate) struct Likenesses {
 }
 
 impl Likenesses {
-    /// To compare with `artwork`, or else with the lines as wished.
+    /// To compare with `artwork`, or else with the lines as desired.
     pub(crate) fn new(drawing: &Drawing, pens: &[LayerPen], artwork: Option<&Picture>) -> Result<Self, ArtworkError> {
         let width = mean_width(drawing, pens);
         let most = f64::from(MOST_PX) / (1e3 * drawing.width.max(drawing.height));
         let px_per_mm = (f64::from(BLUR_PX) / (BLUR_WIDTHS * 1e3 * width)).min(most);
         let options =
             RasterOptions { width: drawing.width, height: drawing.height, px_per_mm, paper: Rgb([255, 255, 255]) };
-        let wished = Picture::from_image(&rasterise(&desired_trace(drawing, pens), &options)?);
+        let desired = Picture::from_image(&rasterise(&desired_trace(drawing, pens), &options)?);
         let Some(artwork) = artwork else {
-            return Ok(Self { reference: wished, options, preview: None, tone_error: None });
+            return Ok(Self { reference: desired, options, preview: None, tone_error: None });
         };
-        let reference = artwork.resized(wished.width(), wished.height());
-        let preview = likeness(&wished, &reference, BLUR_PX);
-        let (a, b) = (wished.luminance().blurred(BLUR_PX), reference.luminance().blurred(BLUR_PX));
+        let reference = artwork.resized(desired.width(), desired.height());
+        let preview = likeness(&desired, &reference, BLUR_PX);
+        let (a, b) = (desired.luminance().blurred(BLUR_PX), reference.luminance().blurred(BLUR_PX));
         let differences = a.values.iter().zip(&b.values).map(|(a, b)| f64::from((a - b).abs()));
         let tone_error = Some(differences.sum::<f64>() / a.values.len().max(1) as f64);
         Ok(Self { reference, options, preview, tone_error })

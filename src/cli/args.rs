@@ -124,7 +124,7 @@ pub(super) struct ReachJob {
     /// Folder for the files; out/reach/NAME of the robot when absent.
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// An arm that shall draw, by name; many times for a canvas that they share. All arms when absent.
+    /// An arm that is to draw, by name; many times for a canvas that they share. All arms when absent.
     #[arg(long = "arm", value_name = "NAME")]
     pub arms: Vec<String>,
     /// Where the pen points, in the world; the axis nearest to the first arm's pen at home when absent.
@@ -133,7 +133,7 @@ pub(super) struct ReachJob {
     /// Distance between the points of the map.
     #[arg(long, value_name = "MM", default_value_t = 50.0, allow_hyphen_values = true)]
     pub spacing_mm: f64,
-    /// Wished depths of the canvas, from the first arm's base along the pen; any when absent.
+    /// Desired depths of the canvas, from the first arm's base along the pen; any when absent.
     #[arg(long, value_name = "NEAR:FAR", value_parser = super::reach::range, allow_hyphen_values = true)]
     pub depth_mm: Option<[f64; 2]>,
     /// Shape of the canvas; a square when absent.

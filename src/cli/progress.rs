@@ -83,7 +83,7 @@ impl Drop for Bars {
 /// Seconds between two lines about one stage.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// A stage under way, told in lines.
+/// A stage under way, reported in lines.
 struct Told {
     name: String,
     total: Option<u64>,
@@ -99,10 +99,10 @@ struct Lines {
 
 impl Lines {
     fn end(&self, now: &mut Option<Told>) {
-        if let Some(told) = now.take()
+        if let Some(reported) = now.take()
             && self.verbose
         {
-            print::line(&format!("{}: {}", told.name, duration(told.began.elapsed().as_secs_f64())));
+            print::line(&format!("{}: {}", reported.name, duration(reported.began.elapsed().as_secs_f64())));
         }
     }
 }
@@ -117,12 +117,12 @@ impl Progress for Lines {
 
     fn advance(&self, done: u64) {
         let Ok(mut now) = self.now.lock() else { return };
-        let Some(told) = now.as_mut().filter(|t| t.last.elapsed() >= LINE_EVERY) else { return };
-        told.last = Instant::now();
-        if let Some(total) = told.total.filter(|t| *t > 0 && done > 0) {
+        let Some(reported) = now.as_mut().filter(|t| t.last.elapsed() >= LINE_EVERY) else { return };
+        reported.last = Instant::now();
+        if let Some(total) = reported.total.filter(|t| *t > 0 && done > 0) {
             let share = done as f64 / total as f64;
-            let left = told.began.elapsed().as_secs_f64() * (1.0 / share - 1.0).max(0.0);
-            print::line(&format!("{} {:.0} %, {} left", told.name, share * 100.0, duration(left)));
+            let left = reported.began.elapsed().as_secs_f64() * (1.0 / share - 1.0).max(0.0);
+            print::line(&format!("{} {:.0} %, {} left", reported.name, share * 100.0, duration(left)));
         }
     }
 

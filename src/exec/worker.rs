@@ -377,7 +377,7 @@ impl<P: Policy> Worker<P> {
         Ok(())
     }
 
-    /// What a task has carried out, in the time of the run; the arm was told to stand at `before`.
+    /// What a task has carried out, in the time of the run; the arm was commanded to stand at `before`.
     fn made(&self, task: &Task, outcome: &Outcome, before: JointVector) -> Vec<Made> {
         let Some(m) = task.movement() else {
             let (Task::Fetch(place) | Task::Return(place)) = task else { return Vec::new() };
@@ -408,7 +408,7 @@ impl<P: Policy> Worker<P> {
             let what = task
                 .movement()
                 .map_or_else(String::new, |m| format!("{:?} of layer {}", m.segment.kind, m.segment.layer));
-            return refuse(format!("{what} begins {:.6} rad from where the arm was told to be", (at - q).amax()));
+            return refuse(format!("{what} begins {:.6} rad from where the arm was commanded to be", (at - q).amax()));
         }
         match needs.holds {
             Some(wanted) if self.simulation.fetches() && wanted != self.simulation.holds() => {

@@ -81,8 +81,8 @@ impl Distribution {
 pub enum Template {
     /// As it stands.
     Fixed(Value),
-    /// Drawn.
-    Drawn(Distribution),
+    /// Sampled from a distribution.
+    Sampled(Distribution),
     /// A list of which an item is drawn.
     List(Vec<Template>),
     /// A table of which a value is drawn.
@@ -96,7 +96,7 @@ impl Template {
             Value::Null => return Err("must be a finite number".into()),
             Value::Array(items) => Template::List(items.iter().map(Self::parse).collect::<Result<_, _>>()?),
             Value::Object(table) => match distribution(table)? {
-                Some(drawn) => return Ok(Template::Drawn(drawn)),
+                Some(drawn) => return Ok(Template::Sampled(drawn)),
                 None => {
                     let entries = table.iter().map(|(k, v)| Ok((k.clone(), Self::parse(v)?)));
                     Template::Table(entries.collect::<Result<_, String>>()?)
@@ -111,7 +111,7 @@ impl Template {
     fn is_drawn(&self) -> bool {
         match self {
             Template::Fixed(_) => false,
-            Template::Drawn(_) => true,
+            Template::Sampled(_) => true,
             Template::List(items) => items.iter().any(Template::is_drawn),
             Template::Table(entries) => entries.values().any(Template::is_drawn),
         }
@@ -127,7 +127,7 @@ impl Template {
     ) -> Value {
         match self {
             Template::Fixed(value) => value.clone(),
-            Template::Drawn(distribution) => {
+            Template::Sampled(distribution) => {
                 let value = distribution.draw(&mut stream(name));
                 draws.insert(name.to_string(), value.clone());
                 value

@@ -68,7 +68,7 @@ impl MappingMetrics {
     /// Figures of a mapping: how much strokes are stretched or shrunk on the canvas.
     pub fn of(kind: &str, drawing: &Drawing, mapped: &SurfaceDrawing, duration_s: f64) -> Self {
         let strokes = laid_strokes(drawing, mapped);
-        let errors = strokes.iter().filter(|s| s.wished_m >= SHORT).map(|s| (s.laid_m / s.wished_m - 1.0).abs());
+        let errors = strokes.iter().filter(|s| s.desired_m >= SHORT).map(|s| (s.laid_m / s.desired_m - 1.0).abs());
         let worst = errors.fold(None, |worst: Option<f64>, e| Some(worst.unwrap_or(0.0).max(e)));
         Self { kind: kind.into(), length_error_max: worst, duration_s: Some(duration_s), ..Default::default() }
     }

@@ -13,7 +13,7 @@ pub struct LaidStroke {
     /// Its index in the layer.
     pub stroke: usize,
     /// Length on the sheet, m.
-    pub wished_m: f64,
+    pub desired_m: f64,
     /// Length on the canvas, m, along its targets.
     pub laid_m: f64,
 }
@@ -56,12 +56,12 @@ pub fn laid_strokes(drawing: &Drawing, mapped: &SurfaceDrawing) -> Vec<LaidStrok
     let mut strokes = Vec::new();
     for (flat, laid) in drawing.layers.iter().zip(&mapped.layers) {
         for stroke in &laid.strokes {
-            let Some(wished) = flat.strokes.get(stroke.index) else { continue };
+            let Some(desired) = flat.strokes.get(stroke.index) else { continue };
             let laid_m = stroke.targets.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum();
             strokes.push(LaidStroke {
                 layer: flat.name.clone(),
                 stroke: stroke.index,
-                wished_m: wished.length(),
+                desired_m: desired.length(),
                 laid_m,
             });
         }

@@ -1,4 +1,4 @@
-//! The drawn line against the wished line, on the true surface, from the ink alone.
+//! The drawn line against the desired line, on the true surface, from the ink alone.
 use nalgebra::Point3;
 
 use crate::ink::InkTrace;
@@ -6,30 +6,30 @@ use crate::math::stats;
 use crate::measure::segments::SegmentGrid;
 use crate::surface::{SurfaceDrawing, SurfaceStroke};
 
-/// Spacing at which the wished line is asked whether ink covers it, m.
+/// Spacing at which the desired line is asked whether ink covers it, m.
 const PROBE: f64 = 1e-4;
 /// An error larger than this is not looked for, m; such ink counts with this error and as excess.
 const REACH: f64 = 0.02;
 
-/// How well the drawn line follows the wished one.
+/// How well the drawn line follows the desired one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineFit {
-    /// Mean distance of the inked line from the wished line of its own stroke, m, weighted by inked length.
+    /// Mean distance of the inked line from the desired line of its own stroke, m, weighted by inked length.
     pub error_mean: f64,
     /// 95th percentile of that distance, m.
     pub error_p95: f64,
     /// Largest distance, m.
     pub error_max: f64,
-    /// Share of the wished length that has ink of its layer within one line width.
+    /// Share of the desired length that has ink of its layer within one line width.
     pub coverage: f64,
-    /// Share of the inked length farther than one line width from every wished line of its layer.
+    /// Share of the inked length farther than one line width from every desired line of its layer.
     pub excess: f64,
 }
 
-/// Compares an ink trace with the wished drawing, both on the true surface. `line_width` is the pen's nominal width of
-/// each layer, m. `None` without ink or without wished strokes.
-pub fn line_fit(wished: &SurfaceDrawing, trace: &InkTrace, line_width: &[f64]) -> Option<LineFit> {
-    let wish = wished_grid(wished);
+/// Compares an ink trace with the desired drawing, both on the true surface. `line_width` is the pen's nominal width of
+/// each layer, m. `None` without ink or without desired strokes.
+pub fn line_fit(desired: &SurfaceDrawing, trace: &InkTrace, line_width: &[f64]) -> Option<LineFit> {
+    let near = desired_grid(desired);
     let mut ink = SegmentGrid::new(1e-3);
     let (mut errors, mut inked, mut weighted, mut stray) = (Vec::new(), 0.0, 0.0, 0.0);
     for stroke in &trace.strokes {
@@ -44,8 +44,8 @@ pub fn line_fit(wished: &SurfaceDrawing, trace: &InkTrace, line_width: &[f64]) -
             if stroke.points.len() == 1 {
                 share = p.width;
             }
-            let error = own.and_then(|o| wish.distance(&p.position, REACH, |l| l == o)).unwrap_or(REACH);
-            let any = wish.distance(&p.position, width, |l| l >> 32 == layer as u64);
+            let error = own.and_then(|o| near.distance(&p.position, REACH, |l| l == o)).unwrap_or(REACH);
+            let any = near.distance(&p.position, width, |l| l >> 32 == layer as u64);
             inked += share;
             weighted += share * error;
             stray += if any.is_none() { share } else { 0.0 };
@@ -54,7 +54,7 @@ pub fn line_fit(wished: &SurfaceDrawing, trace: &InkTrace, line_width: &[f64]) -
         }
     }
     let (mut length, mut covered) = (0.0, 0.0);
-    for (layer, l) in wished.layers.iter().enumerate() {
+    for (layer, l) in desired.layers.iter().enumerate() {
         let width = *line_width.get(layer)?;
         for stroke in &l.strokes {
             for (p, share) in probes(stroke, width) {
@@ -81,9 +81,9 @@ fn label(layer: usize, stroke: usize) -> u64 {
     (layer as u64) << 32 | stroke as u64
 }
 
-fn wished_grid(wished: &SurfaceDrawing) -> SegmentGrid {
+fn desired_grid(desired: &SurfaceDrawing) -> SegmentGrid {
     let mut grid = SegmentGrid::new(2e-3);
-    for (layer, l) in wished.layers.iter().enumerate() {
+    for (layer, l) in desired.layers.iter().enumerate() {
         for stroke in &l.strokes {
             let own = label(layer, stroke.index);
             if let [dot] = stroke.targets.as_slice() {
@@ -97,7 +97,7 @@ fn wished_grid(wished: &SurfaceDrawing) -> SegmentGrid {
     grid
 }
 
-/// Points along a wished stroke, each with the length it stands for, m. A dot stands for its width.
+/// Points along a desired stroke, each with the length it stands for, m. A dot stands for its width.
 fn probes(stroke: &SurfaceStroke, width: f64) -> Vec<(Point3<f64>, f64)> {
     if let [dot] = stroke.targets.as_slice() {
         return vec![(dot.position, width)];

@@ -25,14 +25,14 @@ const CORNER_REACH: f64 = 3e-3;
 /// Sides shorter than this on the flat sheet aren't measured, m.
 const SHORT: f64 = 2e-3;
 
-/// How a drawn grid deviates from the wished one on the nominal surface.
+/// How a drawn grid deviates from the desired one on the nominal surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridShape {
     /// Mean relative deviation of the ratio of two adjacent sides of a cell, over all cells and their four corners.
     pub aspect_deviation: f64,
     /// Mean deviation of the angle between two sides of a cell, rad, over all cells and their four corners.
     pub angle_deviation: f64,
-    /// Crossings of the wished grid.
+    /// Crossings of the desired grid.
     pub crossings: usize,
     /// Those that the ink doesn't have.
     pub missing: usize,
@@ -40,7 +40,7 @@ pub struct GridShape {
     pub sides: Option<SideErrors>,
 }
 
-/// Relative errors of drawn sides against their wished flat lengths.
+/// Relative errors of drawn sides against their desired flat lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SideErrors {
     /// Mean.
@@ -67,17 +67,17 @@ impl SideErrors {
 /// A point of a line: on the surface, and on the sheet.
 type Place = (Point3<f64>, Point2<f64>);
 
-/// Compares a drawn grid with the wished one (`wished`: laid on the nominal surface). Sides are measured along the drawn lines on the
+/// Compares a drawn grid with the desired one (`desired`: laid on the nominal surface). Sides are measured along the drawn lines on the
 /// true surface; the corners are the crossings of the drawn lines. `None` when the drawing is no grid, or when the ink has no whole cell.
-pub fn grid_shape(drawing: &Drawing, wished: &SurfaceDrawing, ink: &InkTrace) -> Option<GridShape> {
+pub fn grid_shape(drawing: &Drawing, desired: &SurfaceDrawing, ink: &InkTrace) -> Option<GridShape> {
     let levels = Levels::of(drawing)?;
-    let wished = Crossings::of(&levels, &levels.lines(drawing, wished_parts(wished)));
+    let desired = Crossings::of(&levels, &levels.lines(drawing, desired_parts(desired)));
     let drawn = Crossings::of(&levels, &levels.lines(drawing, ink_parts(ink)));
     let [columns, rows] = levels.0.each_ref().map(Vec::len);
     let (mut aspects, mut angles, mut sides) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..rows - 1 {
         for j in 0..columns - 1 {
-            let (Some(w), Some(d)) = (wished.cell(i, j), drawn.cell(i, j)) else { continue };
+            let (Some(w), Some(d)) = (desired.cell(i, j), drawn.cell(i, j)) else { continue };
             for k in 0..4 {
                 let ratio = |c: &Cell| c.sides[k] / c.sides[(k + 1) % 4];
                 aspects.push((ratio(&d) / ratio(&w) - 1.0).abs());
@@ -163,10 +163,10 @@ fn corners(points: &[Point2<f64>]) -> Vec<(Point2<f64>, f64)> {
     out
 }
 
-/// The unbroken parts of wished strokes: layer, stroke, places.
-fn wished_parts(wished: &SurfaceDrawing) -> Vec<(usize, usize, Vec<Place>)> {
+/// The unbroken parts of desired strokes: layer, stroke, places.
+fn desired_parts(desired: &SurfaceDrawing) -> Vec<(usize, usize, Vec<Place>)> {
     let mut parts = Vec::new();
-    for (layer, l) in wished.layers.iter().enumerate() {
+    for (layer, l) in desired.layers.iter().enumerate() {
         for s in &l.strokes {
             parts.push((layer, s.index, s.targets.iter().map(|t| (t.position, t.sheet)).collect()));
         }

@@ -30,7 +30,7 @@ fn flat(p: &Point2<f64>) -> Point3<f64> {
     Point3::new(p.x, p.y, 0.0)
 }
 
-fn wished(drawing: &Drawing) -> SurfaceDrawing {
+fn desired(drawing: &Drawing) -> SurfaceDrawing {
     let target = |p: &Point2<f64>| SurfaceTarget { position: flat(p), normal: Vector3::z(), sheet: *p, width: None };
     let dense = dense(drawing);
     let strokes =
@@ -75,7 +75,7 @@ fn stretched(mut ink: InkTrace, factor: f64) -> InkTrace {
 }
 
 fn measured(draw: impl Fn(&Point2<f64>) -> Option<Point3<f64>>) -> GridShape {
-    grid_shape(&grid(), &wished(&grid()), &drawn(&grid(), draw)).unwrap()
+    grid_shape(&grid(), &desired(&grid()), &drawn(&grid(), draw)).unwrap()
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn missing_ink_is_a_missing_crossing_and_short_ends_are_none() {
     assert_eq!(shape.missing, 0);
     assert!(shape.aspect_deviation < 1e-9, "{shape:?}");
     // no ink, no shape
-    assert_eq!(grid_shape(&grid(), &wished(&grid()), &drawn(&grid(), |_| None)), None);
+    assert_eq!(grid_shape(&grid(), &desired(&grid()), &drawn(&grid(), |_| None)), None);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn joined_and_turned_strokes_are_the_same_grid() {
     let round = vec![corner(1., 1.), corner(-1., 1.), corner(-1., -1.), corner(1., -1.), corner(1., 1.)];
     frame.layers[0].strokes = vec![crate::drawing::Stroke::new(round)];
     let ink = stretched(drawn(&frame, |p| Some(flat(p))), 1.1);
-    let shape = grid_shape(&frame, &wished(&frame), &ink).unwrap();
+    let shape = grid_shape(&frame, &desired(&frame), &ink).unwrap();
     assert_eq!((shape.crossings, shape.missing), (4, 0));
     assert!((shape.aspect_deviation - 0.5 * (0.1 + 1.0 - 1.0 / 1.1)).abs() < 0.01, "{shape:?}");
 }

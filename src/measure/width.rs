@@ -1,16 +1,16 @@
-//! Drawn widths against wished ones, from the ink alone.
+//! Drawn widths against desired ones, from the ink alone.
 use crate::ink::InkTrace;
 use crate::math::stats;
 use crate::measure::segments::SegmentGrid;
 use crate::surface::SurfaceDrawing;
 
-/// Spacing at which lines of wished width are asked how wide they came out, m.
+/// Spacing at which lines of desired width are asked how wide they came out, m.
 const PROBE: f64 = 1e-4;
 
-/// The relative error of the line's width that the share `p` of the length of all lines of wished width stays below:
-/// `|drawn - wished| / wished`, which is 1 where no ink of the stroke lies within the wished width. `None` where no width
-/// is wished.
-pub fn width_error(wished: &SurfaceDrawing, trace: &InkTrace, p: f64) -> Option<f64> {
+/// The relative error of the line's width that the share `p` of the length of all lines of desired width stays below:
+/// `|drawn - desired| / desired`, which is 1 where no ink of the stroke lies within the desired width. `None` where no width
+/// is desired.
+pub fn width_error(desired: &SurfaceDrawing, trace: &InkTrace, p: f64) -> Option<f64> {
     let mut grid = SegmentGrid::new(1e-3);
     let mut drawn: Vec<(f64, f64)> = Vec::new();
     for stroke in &trace.strokes {
@@ -22,7 +22,7 @@ pub fn width_error(wished: &SurfaceDrawing, trace: &InkTrace, p: f64) -> Option<
         }
     }
     let mut errors = Vec::new();
-    for (layer, l) in wished.layers.iter().enumerate() {
+    for (layer, l) in desired.layers.iter().enumerate() {
         for stroke in &l.strokes {
             let own = label(layer, stroke.index);
             for w in stroke.targets.windows(2) {
@@ -57,7 +57,7 @@ mod tests {
     use crate::surface::{SurfaceLayer, SurfaceStroke, SurfaceTarget};
 
     /// A line of 100 mm that swells from 1 to 2 mm.
-    fn wished() -> SurfaceDrawing {
+    fn desired() -> SurfaceDrawing {
         let target = |i: u32| {
             let x = f64::from(i) * 1e-2;
             let (position, width) = (Point3::new(x, 0.0, 0.0), Some(1e-3 + 1e-2 * x));
@@ -83,18 +83,18 @@ mod tests {
     #[test]
     fn the_error_is_relative_and_by_length() {
         let right = |x: f64| 1e-3 + 1e-2 * x;
-        assert!(width_error(&wished(), &drawn(0.1, right), 0.9).unwrap() < 1e-6);
-        assert!((width_error(&wished(), &drawn(0.1, |x| 1.07 * right(x)), 0.9).unwrap() - 0.07).abs() < 1e-6);
+        assert!(width_error(&desired(), &drawn(0.1, right), 0.9).unwrap() < 1e-6);
+        assert!((width_error(&desired(), &drawn(0.1, |x| 1.07 * right(x)), 0.9).unwrap() - 0.07).abs() < 1e-6);
         // an even line of 1.5 mm: the error falls from 1/2 to 0 and rises to 1/4; a tenth of the length is above 4/11
-        assert!((width_error(&wished(), &drawn(0.1, |_| 1.5e-3), 0.9).unwrap() - 4.0 / 11.0).abs() < 1e-3);
+        assert!((width_error(&desired(), &drawn(0.1, |_| 1.5e-3), 0.9).unwrap() - 4.0 / 11.0).abs() < 1e-3);
     }
 
     #[test]
     fn a_missing_line_has_no_width() {
         let half = drawn(0.05, |x| 1e-3 + 1e-2 * x);
-        assert_eq!(width_error(&wished(), &half, 0.9), Some(1.0));
-        assert!(width_error(&wished(), &half, 0.49).unwrap() < 1e-6);
-        let mut plain = wished();
+        assert_eq!(width_error(&desired(), &half, 0.9), Some(1.0));
+        assert!(width_error(&desired(), &half, 0.49).unwrap() < 1e-6);
+        let mut plain = desired();
         plain.layers[0].strokes[0].targets.iter_mut().for_each(|t| t.width = None);
         assert_eq!(width_error(&plain, &half, 0.9), None);
     }

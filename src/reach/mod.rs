@@ -105,17 +105,17 @@ pub enum ReachError {
 pub struct ReachRequest {
     /// The robot's file.
     pub robot: PathBuf,
-    /// Names of the arms that shall all draw on the canvas; all arms when empty.
+    /// Names of the arms that are all to draw on the canvas; all arms when empty.
     pub arms: Vec<String>,
     /// Direction of the pen, out of the nib, world; the world axis nearest to the first arm's at home when absent.
     pub axis: Option<[f64; 3]>,
     /// Distance between points, m.
     pub spacing: f64,
-    /// Wished depths of the canvas from the first arm's base along the pen, m; any when absent.
+    /// Desired depths of the canvas from the first arm's base along the pen, m; any when absent.
     pub depths: Option<[f64; 2]>,
     /// Width of the canvas by its height, where there is no drawing to say it.
     pub aspect: f64,
-    /// What shall be drawn, with its file.
+    /// What is to be drawn, with its file.
     pub drawing: Option<(PathBuf, Sketch)>,
     /// Folder in which maps are kept; `cache` in the output folder when absent.
     pub cache: Option<PathBuf>,

@@ -290,9 +290,9 @@ mod tests {
             let half = 0.001;
             let kite = half * half * (0.5 * bend_deg.to_radians().abs()).tan();
             let wedge = 0.5 * half * half * bend_deg.to_radians().abs();
-            let wished = 2.0 * 0.01 * 0.002 - kite + wedge + 2.0 * half * 0.002;
-            assert!((plus / wished - 1.0).abs() < 0.02, "{bend_deg}: {plus} for {wished}");
-            assert!(minus < 0.01 * wished, "{bend_deg}: {minus}");
+            let desired = 2.0 * 0.01 * 0.002 - kite + wedge + 2.0 * half * 0.002;
+            assert!((plus / desired - 1.0).abs() < 0.02, "{bend_deg}: {plus} for {desired}");
+            assert!(minus < 0.01 * desired, "{bend_deg}: {minus}");
         }
     }
 

@@ -139,7 +139,7 @@ pub enum RunError {
         distance_mm: f64,
         /// When, s.
         time: f64,
-        /// What is wished, mm.
+        /// What is desired, mm.
         margin_mm: f64,
     },
     /// A thing beside the robot makes no solid.

@@ -12,7 +12,7 @@ mod pictures;
 mod planning;
 mod products;
 mod scan;
-mod scenery;
+mod scene_builder;
 mod setup;
 mod team;
 mod timeline;

@@ -72,8 +72,8 @@ mod tests {
             let solids = solids(&cell, [other]).unwrap();
             let around = Surroundings::new(&arm.model, &far, &solids, &PlanOptions::default());
             for (pose, q) in [("home", &arm.home), ("service", &arm.service)] {
-                let room = around.room(&arm.model.kinematics(q), PenUse::Travelling);
-                assert!(room.is_clear(), "{} {pose}: {room:?}", arm.model.name);
+                let clearance = around.clearance(&arm.model.kinematics(q), PenUse::Travelling);
+                assert!(clearance.is_clear(), "{} {pose}: {clearance:?}", arm.model.name);
             }
             // both look at one canvas ahead
             assert!((tip * Vector3::z() - Vector3::x()).norm() < 0.01, "{}", tip);

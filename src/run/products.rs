@@ -5,7 +5,7 @@ use super::belief::{Believed, Prepared};
 use super::perform::{Performance, Touched};
 use super::pictures::{self, Extra};
 use super::setup::Setup;
-use super::{RunError, name_of, scenery, write_plan};
+use super::{RunError, name_of, scene_builder, write_plan};
 use crate::artwork::{Likenesses, desired_trace};
 use crate::drawing::{Drawing, svg_write};
 use crate::ink::{InkTrace, RasterOptions, rasterise};
@@ -87,7 +87,7 @@ impl Sheet {
     /// Writes the lines, the preview, and the pictures of the way there.
     pub(super) fn write(&self, prepared: &Prepared, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
         let svg = svg_write::write(&prepared.drawing);
-        written.other(out.write("wished.svg", svg.as_bytes())?, "The lines as desired, in mm");
+        written.other(out.write("desired.svg", svg.as_bytes())?, "The lines as desired, in mm");
         let png = self.preview.to_png(Some(self.px_per_mm))?;
         written.picture(out.write("preview.png", &png)?, "The lines as desired, at the pen's width: no robot");
         for plate in &prepared.made.plates {
@@ -181,7 +181,7 @@ impl Products<'_> {
         }
         let csv = stages_csv(rows);
         written.other(out.write("tools.csv", csv.as_bytes())?, "The tool in the hand, stage by stage of every change");
-        let (extra, stages) = scenery::tools(scenario, setup, performance)?;
+        let (extra, stages) = scene_builder::tools(scenario, setup, performance)?;
         if !stages.is_empty() {
             progress.stage("pictures of tool changes", None);
             let views = stages.iter().map(|s| (s.name.as_str(), s.caption.as_str(), &s.items, &s.view));

@@ -23,8 +23,8 @@ pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_c
 pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;
 pub use picture::{
-    ColorSettings, EdgeSettings, Hand, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, Separation,
-    StippleSettings, Style, TspSettings,
+    ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterStyle, PainterlySettings,
+    Separation, StippleSettings, Style, TspSettings,
 };
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use scan::{ScanCamera, ScanPose, ScanSettings};

@@ -123,7 +123,7 @@ pub struct PainterlySettings {
     /// Most brush strokes.
     pub strokes: u32,
     /// Hand: `impressionist`, `expressionist`, `colourist_wash` or `pointillist`.
-    pub hand: Hand,
+    pub hand: PainterStyle,
     /// Widths of the brushes, mm, broadest first; when absent they follow from the sheet and the pen.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub brushes_mm: Vec<f64>,
@@ -131,14 +131,14 @@ pub struct PainterlySettings {
 
 impl Default for PainterlySettings {
     fn default() -> Self {
-        Self { strokes: 1500, hand: Hand::Impressionist, brushes_mm: Vec::new() }
+        Self { strokes: 1500, hand: PainterStyle::Impressionist, brushes_mm: Vec::new() }
     }
 }
 
 /// Manners of painting.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Hand {
+pub enum PainterStyle {
     /// Curved strokes that follow the forms.
     #[default]
     Impressionist,

@@ -225,7 +225,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         (BeliefKind::Scan, scan) => Some(resolve_scan(scan.unwrap_or_default(), &folder, check)?),
         (_, None) => None,
         (_, Some(_)) => {
-            return Err(check.sentence("scan", "`[scan]` is heeded with `belief = \"scan\"` under `[canvas]` alone"));
+            return Err(check.sentence("scan", "`[scan]` is used with `belief = \"scan\"` under `[canvas]` alone"));
         }
     };
     check_plan(&typed.plan, check)?;
@@ -278,7 +278,7 @@ fn resolve_touch(
         return match touch {
             None => Ok(None),
             Some(_) => {
-                Err(check.sentence("touch", "`[touch]` is heeded with `belief = \"touch\"` under `[canvas]` alone"))
+                Err(check.sentence("touch", "`[touch]` is used with `belief = \"touch\"` under `[canvas]` alone"))
             }
         };
     }

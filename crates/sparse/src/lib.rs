@@ -155,8 +155,8 @@ mod tests {
                 if i != j { b[j as usize] += v * x[i as usize]; }
             }
             Cholesky::factor(n, &entries).unwrap().solve(&mut b);
-            for (found, wished) in b.iter().zip(&x) {
-                prop_assert!((found - wished).abs() < 1e-10);
+            for (found, desired) in b.iter().zip(&x) {
+                prop_assert!((found - desired).abs() < 1e-10);
             }
         }
     }

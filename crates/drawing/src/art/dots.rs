@@ -12,11 +12,11 @@ use crate::tour::Effort;
 /// How a picture becomes dots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DotOptions {
-    /// Wished number of dots over all inks, each ink having its share; `None` for as many as the tone needs.
+    /// Desired number of dots over all inks, each ink having its share; `None` for as many as the tone needs.
     pub points: Option<usize>,
     /// How long to shorten the way from dot to dot, for each ink.
     pub effort: Effort,
-    /// Factor on the wished coverage.
+    /// Factor on the desired coverage.
     pub gain: f64,
     /// Coverage up to which paper stays white, 0..1.
     pub white: f64,

@@ -377,8 +377,8 @@ mod tests {
         let cross = picture(|x, y| if bar(x) || (bar(y) && x > 40.0) { 0.1 } else { 1.0 });
         let drawing = lines(&cross, &OPTIONS).unwrap();
         assert!(drawing.stroke_count() <= 3, "{} strokes", drawing.stroke_count());
-        let wished = (200.0 + 160.0) * PIXEL;
-        assert!((drawing.length() / wished - 1.0).abs() < 0.06, "{} m for {wished} m", drawing.length());
+        let desired = (200.0 + 160.0) * PIXEL;
+        assert!((drawing.length() / desired - 1.0).abs() < 0.06, "{} m for {desired} m", drawing.length());
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(super) struct Layer<'a> {
     pub rows: usize,
     /// Unit normals to the lines.
     pub normal: Vec<[f32; 2]>,
-    /// Coverage that the lines shall draw.
+    /// Coverage that the lines is to draw.
     pub share: &'a [f32],
     /// Coverage of the lines if all are drawn.
     pub base: &'a [f32],

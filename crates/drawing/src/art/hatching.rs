@@ -2,7 +2,7 @@
 //!
 //! A tone is a sum of layers of lines, one direction each: the first alone draws the light tones, the second joins it
 //! where that gets too dense, then the third. Lines of width `w` at a spacing `d` cover `a = w / d` of the paper, and
-//! layers that cross cover `1 - (1 - a)(1 - b)...`, so in optical depths, `-ln(1 - a)`, layers simply add up to the wished
+//! layers that cross cover `1 - (1 - a)(1 - b)...`, so in optical depths, `-ln(1 - a)`, layers simply add up to the desired
 //! tone. A layer's lines stand evenly at the density of the surroundings ([`super::stripes`]); what is lighter than these
 //! is drawn by a part of the lines, each having its own tone at which it begins, so that tones end in tapers of lines
 //! of many lengths and not in a wall.
@@ -26,7 +26,7 @@ const POINTS_A_SPACING: f64 = 3.6;
 /// Share of the lines from which on all are drawn.
 const NEARLY_ALL: f32 = 0.87;
 /// How much the second and further directions stray from the flow, against 1 for the flow: where the flow has no direction
-/// lines end, and not all directions' lines shall end in one place.
+/// lines end, and not all directions' lines are to end in one place.
 const STRAY: f64 = 0.2;
 /// Coverage under which paper stays white.
 const WHITE: f32 = 0.015;
@@ -134,7 +134,7 @@ pub fn hatching(
     }
     layers.retain(|l| !l.strokes.is_empty());
     if layers.is_empty() {
-        return Err(ArtError::NothingToDraw { reason: "no ink is wished anywhere, or only in specks".to_string() });
+        return Err(ArtError::NothingToDraw { reason: "no ink is desired anywhere, or only in specks".to_string() });
     }
     Ok(Artwork { drawing: Drawing::new(sheet.width, sheet.height, layers), plates: Vec::new(), notes: Vec::new() })
 }
@@ -223,7 +223,7 @@ fn hatch_ink(
 
 /// One direction's part of a tone, at each grid point.
 struct Share {
-    /// Coverage that its lines shall draw.
+    /// Coverage that its lines is to draw.
     drawn: Vec<f32>,
     /// Coverage of its lines if all are drawn: what they are spaced for.
     base: Vec<f32>,
@@ -241,7 +241,7 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
         caps[k] = (depth(JOINS[k]) - below).clamp(0.0, depth(high));
     }
     let most = depth(high);
-    let wished = |tone: f64| {
+    let desired = |tone: f64| {
         let mut rest = depth(tone);
         let mut parts = [0.0; 4];
         for (part, cap) in parts.iter_mut().zip(&caps[..n]) {
@@ -262,21 +262,23 @@ fn layer_shares(tone: &Plane, options: &HatchOptions, cell: f64) -> Vec<Share> {
         }
         parts
     };
-    let parts: Vec<[f64; 4]> = tone.values.iter().map(|t| wished(f64::from(*t))).collect();
+    let parts: Vec<[f64; 4]> = tone.values.iter().map(|t| desired(f64::from(*t))).collect();
     // Depth owed to the tone by the directions so far.
     let mut owed = vec![0.0f64; parts.len()];
     let mut shares = Vec::new();
     for k in 0..n {
-        let wish: Vec<f64> = parts.iter().zip(&owed).map(|(p, o)| 1.0 - (-(p[k] + o).clamp(0.0, most)).exp()).collect();
+        let coverage: Vec<f64> =
+            parts.iter().zip(&owed).map(|(p, o)| 1.0 - (-(p[k] + o).clamp(0.0, most)).exp()).collect();
         // A mean that leans to the dark side: what is lighter can be drawn by fewer lines, but not what is darker.
-        let fourth = Plane::from_values(tone.width(), tone.height(), wish.iter().map(|a| a.powi(4) as f32).collect());
+        let fourth =
+            Plane::from_values(tone.width(), tone.height(), coverage.iter().map(|a| a.powi(4) as f32).collect());
         let mean = fourth.unwrap_or_default().blurred((options.evenness / cell) as f32);
         // Only the first direction is alone on the paper; lines across it stand closer, or not at all.
         let low = if k == 0 { 1.0 / options.max_spacing } else { (1.0 / options.max_spacing).max(high / 3.0) };
         let base: Vec<f32> =
             mean.values.iter().map(|m| f64::from(m.max(0.0)).powf(0.25).clamp(low, high) as f32).collect();
         // Nearly all lines are all lines: single gaps would look like mistakes.
-        let drawn: Vec<f32> = wish.iter().zip(&base).map(|(a, b)| (*a as f32 / NEARLY_ALL).min(*b)).collect();
+        let drawn: Vec<f32> = coverage.iter().zip(&base).map(|(a, b)| (*a as f32 / NEARLY_ALL).min(*b)).collect();
         for (i, owed) in owed.iter_mut().enumerate() {
             *owed += parts[i][k] - depth(f64::from(drawn[i]));
         }
@@ -335,17 +337,17 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_drawn_as_dark_as_wished() {
+    fn a_ramp_is_drawn_as_dark_as_desired() {
         let (picture, tones) = picture(480, 240, |x, _| (x as f32 + 0.5) / 480.0);
         for (directions, darkest) in [(2, 0.8), (3, 0.87), (4, 0.9)] {
             let options = HatchOptions { directions, ..without_edges() };
             let drawn = hatching(&tones, &picture, SHEET, &options, 3).unwrap().drawing;
             let parts = covered(&drawn, 20);
             for (k, got) in parts.iter().enumerate() {
-                let wished = (k as f64 + 0.5) / 20.0;
-                if (0.05..darkest).contains(&wished) {
+                let desired = (k as f64 + 0.5) / 20.0;
+                if (0.05..darkest).contains(&desired) {
                     // A strip of 6 mm has only a few lines where they stand 4 mm apart.
-                    assert!((got - wished).abs() < 0.045, "{got} for {wished} with {directions} directions");
+                    assert!((got - desired).abs() < 0.045, "{got} for {desired} with {directions} directions");
                 }
             }
             let sum = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
@@ -355,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_tones_are_as_dark_as_wished_and_lines_stay_inside_and_long() {
+    fn flat_tones_are_as_dark_as_desired_and_lines_stay_inside_and_long() {
         for tone in [0.06f32, 0.15, 0.3, 0.45, 0.6, 0.75, 0.85] {
             let (picture, tones) = picture(60, 30, |_, _| tone);
             let drawn = hatching(&tones, &picture, SHEET, &without_edges(), 3).unwrap().drawing;

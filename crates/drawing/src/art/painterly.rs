@@ -114,7 +114,7 @@ impl Painting {
 
         let colors = pens.iter().map(|i| flat.inks[*i].color);
         let flat = flat.picture().resized(size[0], size[1]);
-        let target = wished(&flat, original, options.flatness, (0.25 * line / mean_px) as f32);
+        let target = desired(&flat, original, options.flatness, (0.25 * line / mean_px) as f32);
         let brushes = brushes(options, [wide, high], line);
         let layers = layers(&target, &brushes, &lines, mean_px, options);
         let washes = colors.map(|color| bundled(wash(color), options.coverage)).collect();
@@ -214,12 +214,12 @@ fn check(
 
 /// The picture to be painted: of the flat one's size, between that and the original, blurred a little, as finer than a line
 /// can't be drawn.
-fn wished(flat: &Picture, original: &Picture, flatness: f64, sigma: f32) -> Picture {
-    let mut wished = original.resized(flat.width(), flat.height());
-    for (o, p) in wished.pixels.iter_mut().zip(&flat.pixels) {
+fn desired(flat: &Picture, original: &Picture, flatness: f64, sigma: f32) -> Picture {
+    let mut desired = original.resized(flat.width(), flat.height());
+    for (o, p) in desired.pixels.iter_mut().zip(&flat.pixels) {
         *o = std::array::from_fn(|k| o[k] + flatness as f32 * (p[k] - o[k]));
     }
-    wished.blurred(sigma)
+    desired.blurred(sigma)
 }
 
 /// The brushes, largest first, without those that a pen of this line can't tell apart.

@@ -1,4 +1,4 @@
-//! Tones become points on a sheet, so many that what is drawn through them covers as much paper as was wished.
+//! Tones become points on a sheet, so many that what is drawn through them covers as much paper as was desired.
 use nalgebra::Point2;
 use rand_chacha::rand_core::Rng;
 
@@ -55,7 +55,7 @@ const DOT: [(f64, f64); 13] = [
     (2.2, 1.0),
 ];
 
-/// Coverage that is drawn where full ink is wished: the last gaps cost as many points as a tenth of the tone.
+/// Coverage that is drawn where full ink is desired: the last gaps cost as many points as a tenth of the tone.
 const FULL: f64 = 0.98;
 
 impl Mark {
@@ -101,9 +101,9 @@ fn between(points: impl Iterator<Item = (f64, f64)>, x: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Screen {
     pub(super) mark: Mark,
-    /// Wished number over all inks; `None` for as many as the tone needs.
+    /// Desired number over all inks; `None` for as many as the tone needs.
     pub(super) points: Option<usize>,
-    /// Factor on the wished coverage.
+    /// Factor on the desired coverage.
     pub(super) gain: f64,
     /// Coverage under which paper stays white.
     pub(super) white: f64,
@@ -126,13 +126,13 @@ impl Screen {
         let needed: Vec<f64> = densities.iter().map(|d| d.values.iter().map(|v| f64::from(*v)).sum::<f64>()).collect();
         let total: f64 = needed.iter().sum();
         if total <= 0.0 {
-            let reason = "no ink is wished anywhere: the picture is white".to_string();
+            let reason = "no ink is desired anywhere: the picture is white".to_string();
             return Err(ArtError::NothingToDraw { reason });
         }
         let factor = self.points.map_or(1.0, |points| points as f64 / total);
         if total * factor > MAX_DOTS as f64 {
             let message = format!(
-                "the picture's tone needs {:.0} points on this sheet, but up to {MAX_DOTS} can be placed: wish for fewer, or \
+                "the picture's tone needs {:.0} points on this sheet, but up to {MAX_DOTS} can be placed: ask for fewer, or \
                  draw with a wider line",
                 total * factor
             );
@@ -191,8 +191,8 @@ impl Screen {
         Ok(Placement::new(width, height, sheet))
     }
 
-    /// Coverage to draw where this is wished.
-    fn wished(&self, coverage: f32) -> f64 {
+    /// Coverage to draw where this is desired.
+    fn desired(&self, coverage: f32) -> f64 {
         let f = self.gain * f64::from(coverage);
         if f.is_finite() && f > self.white { f.min(FULL) } else { 0.0 }
     }
@@ -200,22 +200,22 @@ impl Screen {
     /// Points per pixel, for a line so many pixels wide.
     fn density(&self, coverage: &Plane, line: f64) -> Plane {
         Plane::from_fn(coverage.width(), coverage.height(), |x, y| {
-            (self.mark.density(self.wished(coverage.at(x, y))) / (line * line)) as f32
+            (self.mark.density(self.desired(coverage.at(x, y))) / (line * line)) as f32
         })
     }
 
-    /// What the wished number of points does to the tone of an ink.
+    /// What the desired number of points does to the tone of an ink.
     fn note(&self, tone: &Tone, width: f64, density: &Plane, line: f64, factor: f64) -> Option<String> {
-        let (mut wished, mut drawn, mut error) = (0.0, 0.0, 0.0);
+        let (mut desired, mut drawn, mut error) = (0.0, 0.0, 0.0);
         for (f, rho) in tone.coverage.values.iter().zip(&density.values) {
             let f = f64::from(f.clamp(0.0, 1.0));
             let got = self.mark.coverage(f64::from(*rho) * factor * line * line);
-            wished += f;
+            desired += f;
             drawn += got;
             error += (got - f).abs();
         }
         let count = density.values.len() as f64;
-        ((drawn - wished).abs() > 0.05 * wished).then(|| {
+        ((drawn - desired).abs() > 0.05 * desired).then(|| {
             let fits = match self.points {
                 Some(_) => format!("; a line of {:.2} mm would fit this number of points", 1e3 * width / factor.sqrt()),
                 None => String::new(),
@@ -224,7 +224,7 @@ impl Screen {
                 "{}: the lines cover {:.1} % of the paper instead of {:.1} % (mean tone error {:.3}){fits}",
                 tone.ink.name,
                 100.0 * drawn / count,
-                100.0 * wished / count,
+                100.0 * desired / count,
                 error / count
             )
         })
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wished_number_of_points_tells_what_it_does_to_the_tone() {
+    fn a_desired_number_of_points_tells_what_it_does_to_the_tone() {
         let grey = vec![(tone(Plane::filled(60, 30, 0.4)), 1e-3)];
         let sheet = Sheet { width: 0.2, height: 0.1 };
         let screen = Screen { mark: Mark::Line, points: None, gain: 1.0, white: 0.0 };

@@ -63,7 +63,7 @@ impl StippleOptions {
     }
 }
 
-/// Dots whose local number follows the density (wished ink of each pixel, 0..=1; what is not a number above 0 is none).
+/// Dots whose local number follows the density (desired ink of each pixel, 0..=1; what is not a number above 0 is none).
 ///
 /// The number of dots is the density's sum divided by a dot's ink, rounded, or the number asked for. None lies on a pixel
 /// of density 0. The result depends on the seed, not on the number of threads. Empty when there is no ink.
@@ -315,9 +315,9 @@ fn bisect(density: &Plane, tile: Tile, count: usize, seed: u64, sites: &mut Vec<
         }
         return;
     }
-    let wished = total * (0.35 + 0.3 * unit(seed));
+    let desired = total * (0.35 + 0.3 * unit(seed));
     let (mut cut, mut before) = (1, sums[0]);
-    while cut < sums.len() - 1 && before + 0.5 * sums[cut] < wished {
+    while cut < sums.len() - 1 && before + 0.5 * sums[cut] < desired {
         before += sums[cut];
         cut += 1;
     }
@@ -383,8 +383,8 @@ mod tests {
         for dot in &dots {
             drawn.values[(dot.y as usize).min(h - 1) * w + (dot.x as usize).min(w - 1)] += ink;
         }
-        let (drawn, wished) = (drawn.blurred(8.0), density.blurred(8.0));
-        let (psnr, ssim) = (psnr(&drawn, &wished).unwrap(), ssim(&drawn, &wished).unwrap());
+        let (drawn, desired) = (drawn.blurred(8.0), density.blurred(8.0));
+        let (psnr, ssim) = (psnr(&drawn, &desired).unwrap(), ssim(&drawn, &desired).unwrap());
         assert!(psnr > 32.5 && ssim > 0.975, "{psnr} dB, SSIM {ssim}");
     }
 
@@ -414,10 +414,10 @@ mod tests {
                 .flat_map(|x| (0..200).map(move |y| (x, y)))
                 .map(|(x, y)| f64::from(density.at(x, y)))
                 .sum();
-            let wished = 3000.0 * ink / total;
+            let desired = 3000.0 * ink / total;
             let count = dots.iter().filter(|d| columns.contains(&(d.x as usize))).count() as f64;
             // a dot across a band's edge, every other spacing of its two edges
-            assert!((count - wished).abs() < 0.02 * wished + 10.0, "band {band}: {count} instead of {wished}");
+            assert!((count - desired).abs() < 0.02 * desired + 10.0, "band {band}: {count} instead of {desired}");
         }
     }
 

@@ -1,7 +1,7 @@
-//! Evenly spaced lines along a field of directions, as dense as wished.
+//! Evenly spaced lines along a field of directions, as dense as desired.
 //!
 //! Lines traced one beside another (Jobard and Lefer 1997) leave gaps and crowds where they converge. Here all lines are
-//! found at once, as the crests of a wave whose wave vector stands across the direction and is as long as the wished
+//! found at once, as the crests of a wave whose wave vector stands across the direction and is as long as the desired
 //! density: the phases at grid points that agree best with their neighbours (Knöppel et al. 2015,
 //! doi:10.1145/2767000), relaxed from coarse grids to fine ones as Jakob et al. 2015 (doi:10.1145/2816795.2818078) do.
 //! Where lines converge or the density falls, a line simply ends between its neighbours.
@@ -17,7 +17,7 @@ const SWEEPS: usize = 12;
 /// Grids are halved until the shorter side has fewer points than this.
 const COARSEST: usize = 6;
 
-/// What lines are wished on a grid of points: `columns * rows`, row by row.
+/// What lines are desired on a grid of points: `columns * rows`, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Stripes {
     pub columns: usize,
@@ -345,9 +345,9 @@ mod tests {
                 .filter(|p| p[0].x >= from && p[0].x < to)
                 .map(|p| (p[1] - p[0]).norm())
                 .sum();
-            let wished = 0.08 + 0.17 * 0.5 * (from + to) / 300.0;
+            let desired = 0.08 + 0.17 * 0.5 * (from + to) / 300.0;
             let got = within / (60.0 * 199.0);
-            assert!((got / wished - 1.0).abs() < 0.06, "{got} for {wished}");
+            assert!((got / desired - 1.0).abs() < 0.06, "{got} for {desired}");
         }
     }
 

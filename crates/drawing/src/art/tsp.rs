@@ -1,7 +1,7 @@
 //! TSP art: each ink is one line that visits stippled points on a short tour.
 //!
 //! The picture's inks are stippled and joined as in section IV.C of the dissertation that Calamus reproduces. The points
-//! stand as densely as a line of the pen's real width needs to cover the wished share of the paper: their density goes
+//! stand as densely as a line of the pen's real width needs to cover the desired share of the paper: their density goes
 //! with the square of the tone, because the length of a tour through `n` points of an area `A` goes with `sqrt(n A)`.
 use nalgebra::Point2;
 use rand_chacha::rand_core::Rng;
@@ -16,13 +16,13 @@ use crate::tour::{self, Effort, TourOptions};
 /// How a picture becomes tours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TspOptions {
-    /// Wished number of points over all inks, each ink having its share; `None` for as many as the tone needs.
+    /// Desired number of points over all inks, each ink having its share; `None` for as many as the tone needs.
     pub points: Option<usize>,
     /// How long to shorten the tour of each ink.
     pub effort: Effort,
     /// Whether each line returns to its start.
     pub closed: bool,
-    /// Factor on the wished coverage.
+    /// Factor on the desired coverage.
     pub gain: f64,
     /// Coverage up to which paper stays white, 0..1.
     pub white: f64,
@@ -36,7 +36,7 @@ impl Default for TspOptions {
 
 /// Draws each tone as one line, whose width in m stands beside it.
 ///
-/// An ink that nothing is wished of has a layer without strokes. Where a number of points is wished, the drawing is lighter
+/// An ink that nothing is desired of has a layer without strokes. Where a number of points is desired, the drawing is lighter
 /// or darker than the picture; notes say by how much, and which line width would fit.
 ///
 /// # Errors
@@ -124,14 +124,14 @@ mod tests {
     }
 
     #[test]
-    fn the_drawn_tone_is_the_wished_tone() {
+    fn the_drawn_tone_is_the_desired_tone() {
         let tones = [tone("black", steps())];
         let line = tsp_art(&tones, SHEET, &TspOptions::default(), 1).unwrap();
         let dots = dot_art(&tones, SHEET, &DotOptions::default(), 1).unwrap();
         for artwork in [line, dots] {
             for (band, f) in covered(&artwork).into_iter().enumerate() {
-                let wished = 0.15 * (1 + band) as f64;
-                assert!((f - wished).abs() < 0.035, "step {band}: {f} instead of {wished}");
+                let desired = 0.15 * (1 + band) as f64;
+                assert!((f - desired).abs() < 0.035, "step {band}: {f} instead of {desired}");
             }
         }
     }

@@ -10,7 +10,7 @@ pub struct Stroke {
     /// Polyline vertices, m, in sheet coordinates; at least two, or one for a dot. A closed stroke repeats its first
     /// point at its end.
     pub points: Vec<Point2<f64>>,
-    /// Wished width of the line at each point, m; empty where the pen's own width is wished.
+    /// Desired width of the line at each point, m; empty where the pen's own width is desired.
     #[serde(default)]
     pub widths: Vec<f64>,
 }
@@ -65,7 +65,7 @@ impl Stroke {
         self.widths.reverse();
     }
 
-    /// Wished width at a point, m; `None` where the pen's own is wished.
+    /// Desired width at a point, m; `None` where the pen's own is desired.
     pub fn width_at(&self, point: usize) -> Option<f64> {
         self.widths.get(point).copied()
     }

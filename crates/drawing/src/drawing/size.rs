@@ -1,7 +1,7 @@
-//! How large a sheet is wished.
+//! How large a sheet is desired.
 use super::DrawingError;
 
-/// Wished size of the sheet; artwork is scaled uniformly.
+/// Desired size of the sheet; artwork is scaled uniformly.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Size {
     /// As the file says: units as written, 96 px = 25.4 mm.
@@ -22,7 +22,7 @@ impl Size {
     /// Width and height of the sheet, m, for artwork of this natural width and height, m.
     ///
     /// # Errors
-    /// `BadOption` where a wished or resulting side is not between 0.1 mm and 1 km.
+    /// `BadOption` where a desired or resulting side is not between 0.1 mm and 1 km.
     pub fn resolve(&self, width: f64, height: f64) -> Result<(f64, f64), DrawingError> {
         let check = |name, value: f64| match SIDE.contains(&value) {
             true => Ok(value),

@@ -26,7 +26,7 @@ pub(super) struct Repairs {
     pub hooks: usize,
 }
 
-/// Sizes that tell a fault from a wish.
+/// Sizes that tell a fault from intent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CleanOptions {
     /// Errors below this don't matter, mm.
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn light_hooks_are_cut_and_pressed_ones_are_wished() {
+    fn light_hooks_are_cut_and_pressed_ones_are_desired() {
         let hooked = |pressure: f64| {
             let mut samples = wave(0.0);
             for (i, s) in samples.iter_mut().take(4).enumerate() {
@@ -299,7 +299,7 @@ mod tests {
         let mut repairs = Repairs::default();
         let light = clean(hooked(0.05), &OPTIONS, &mut repairs);
         assert_eq!((repairs.hooks, light.len() < 400), (1, true));
-        let wished = clean(hooked(0.5), &OPTIONS, &mut repairs);
-        assert_eq!((repairs.hooks, wished.len()), (1, 401));
+        let desired = clean(hooked(0.5), &OPTIONS, &mut repairs);
+        assert_eq!((repairs.hooks, desired.len()), (1, 401));
     }
 }

@@ -48,7 +48,7 @@ pub enum Fill {
 /// How an SVG file is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SvgOptions {
-    /// Wished size of the page.
+    /// Desired size of the page.
     pub size: Size,
     /// How filled shapes are drawn.
     pub fill: Fill,
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn wished_sizes_scale_uniformly() {
+    fn desired_sizes_scale_uniformly() {
         let svg = page("<path d='M0 0H100' stroke='black'/>").replace("height='100mm'", "height='50mm'");
         for (size, w) in [(Size::Width(0.3), 0.3), (Size::Height(0.3), 0.6), (Size::Fit(0.4, 0.1), 0.2)] {
             let d = load(&svg, &SvgOptions { size, ..Default::default() }).drawing;

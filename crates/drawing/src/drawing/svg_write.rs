@@ -1,4 +1,4 @@
-//! [`Drawing`] to SVG text: the wished lines, in millimetres, one Inkscape layer per ink. A line of varying width is
+//! [`Drawing`] to SVG text: the desired lines, in millimetres, one Inkscape layer per ink. A line of varying width is
 //! written in runs of even width.
 use std::fmt::Write as _;
 

@@ -12,7 +12,7 @@ use crate::picture::{Ink, Picture, Tone};
 /// Nodes of the lattice along each channel: with more, the colours mixed back come no nearer.
 const SIDE: usize = 25;
 
-/// How much a coverage of black away from the wished one weighs against a distance in Oklab: 0.1 of black against 0.004,
+/// How much a coverage of black away from the desired one weighs against a distance in Oklab: 0.1 of black against 0.004,
 /// which isn't seen.
 const BLACK_WEIGHT: f32 = 0.04;
 
@@ -68,7 +68,7 @@ struct Press {
     gcr: f32,
 }
 
-/// The difference from what is wished: three of Oklab, one of black.
+/// The difference from what is desired: three of Oklab, one of black.
 type Residual = [f32; 4];
 
 impl Press {

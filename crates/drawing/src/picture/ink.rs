@@ -16,7 +16,7 @@ pub struct Ink {
 pub struct Tone {
     /// The ink.
     pub ink: Ink,
-    /// Wished share of the paper that the ink covers, 0..=1, at each pixel of the picture.
+    /// Desired share of the paper that the ink covers, 0..=1, at each pixel of the picture.
     pub coverage: Plane,
 }
 

@@ -1,4 +1,4 @@
-//! Generated shapes of well-shaped triangles of a wished size.
+//! Generated shapes of well-shaped triangles of a desired size.
 //!
 //! The contact force that the twin computes is only as smooth as the triangles it rests on, so round shapes are built
 //! from rings whose number of points follows their circumference: triangles stay near equilateral up to the poles.
@@ -255,7 +255,7 @@ impl Profile {
     }
 }
 
-/// Points on a ring of radius `r`: 1 on the axis, else the multiple of six that comes nearest to the wished spacing.
+/// Points on a ring of radius `r`: 1 on the axis, else the multiple of six that comes nearest to the desired spacing.
 fn ring_count(r: f64, triangle_size: f64) -> usize {
     if r == 0.0 { 1 } else { 6 * (TAU * r / (6.0 * triangle_size)).round().max(1.0) as usize }
 }
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_are_near_the_wished_size_and_never_slivers() {
+    fn triangles_are_near_the_desired_size_and_never_slivers() {
         for (name, mesh, size) in [
             ("dome", dome(0.15, 0.005).unwrap(), 0.005),
             ("capsule", capsule(0.05, 0.2, 0.004).unwrap(), 0.004),

@@ -20,7 +20,7 @@ pub struct MeasuredState {
     pub qd: JointVector,
 }
 
-/// What is wished at this instant.
+/// What is desired at this instant.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
     /// Joint positions, rad; the tip's set point is where they put it.
@@ -101,7 +101,7 @@ impl ImpedanceController {
         &self.model
     }
 
-    /// Where the law wished the pen tip to be at its last call, m, world.
+    /// Where the law desired the pen tip to be at its last call, m, world.
     pub fn set_point(&self) -> Point3<f64> {
         self.set_point
     }
@@ -116,22 +116,28 @@ impl ImpedanceController {
     /// out again, so that the force is `K` times the depth (equation 6.1) also while it changes.
     /// So the hand answers an outer force `F` as `Lambda edd + D edot + K e = -F` (dissertation section VI.C; Ott 2008,
     /// doi:10.1007/978-3-540-69255-3). Torques are then held within effort and rate limits.
-    pub fn torque(&mut self, measured: &MeasuredState, k: &Kinematics, wish: &Reference, dt: f64) -> TorqueCommand {
+    pub fn torque(
+        &mut self,
+        measured: &MeasuredState,
+        k: &Kinematics,
+        reference: &Reference,
+        dt: f64,
+    ) -> TorqueCommand {
         let n = self.model.dof();
         let o = &self.options;
         let (mass, bias) = self.model.mass_and_bias(k, &measured.qd);
         let jacobian = k.jacobian();
         let zero = JointVector::zeros();
         let (v, drift) = k.tip_motion(&measured.qd, &zero);
-        let kd = self.model.kinematics(&wish.q);
-        let (mut v_d, mut a_d) = kd.tip_motion(&wish.qd, &wish.qdd);
+        let kd = self.model.kinematics(&reference.q);
+        let (mut v_d, mut a_d) = kd.tip_motion(&reference.qd, &reference.qdd);
         let r = *kd.world_from_tip().rotation.to_rotation_matrix().matrix();
         // the set point sinks, the tip stays on the canvas: damping and inertia must not push it in
-        if wish.press.rate != 0.0 || wish.press.acceleration != 0.0 {
+        if reference.press.rate != 0.0 || reference.press.acceleration != 0.0 {
             let axis = r.column(2);
             for i in 0..3 {
-                v_d[i] -= axis[i] * wish.press.rate;
-                a_d[i] -= axis[i] * wish.press.acceleration;
+                v_d[i] -= axis[i] * reference.press.rate;
+                a_d[i] -= axis[i] * reference.press.acceleration;
             }
         }
 
@@ -168,12 +174,12 @@ impl ImpedanceController {
 
         let (f, m) = (translational * e_p, rotational * e_r);
         let mut wrench = Vector6::new(f.x, f.y, f.z, m.x, m.y, m.z) + self.damping * (v_d - v);
-        if o.friction_feedforward && wish.press.expected_force > 0.0 {
+        if o.friction_feedforward && reference.press.expected_force > 0.0 {
             let axis = r.column(2);
             let v_lin = Vector3::new(v_d[0], v_d[1], v_d[2]);
             let slip = v_lin - axis * axis.dot(&v_lin);
             let along = slip / (slip.norm_squared() + FRICTION_SPEED * FRICTION_SPEED).sqrt();
-            let push = along * (o.believed_friction * wish.press.expected_force);
+            let push = along * (o.believed_friction * reference.press.expected_force);
             for i in 0..3 {
                 wrench[i] += push[i];
             }
@@ -181,10 +187,11 @@ impl ImpedanceController {
         wrench += factor.solve(&(a_d - drift));
 
         // motion that doesn't move the hand: N t = t - J^T Lambda (J M^-1 t)
-        let mut posture = mass * wish.qdd;
+        let mut posture = mass * reference.qdd;
         for i in 0..n {
             let damping = 2.0 * o.nullspace_damping_ratio * (o.nullspace_stiffness * mass[(i, i)]).sqrt();
-            posture[i] += o.nullspace_stiffness * (wish.q[i] - measured.q[i]) + damping * (wish.qd[i] - measured.qd[i]);
+            posture[i] +=
+                o.nullspace_stiffness * (reference.q[i] - measured.q[i]) + damping * (reference.qd[i] - measured.qd[i]);
         }
         let leak = factor.solve(&(x.transpose() * posture));
         let tau = jacobian.transpose() * (wrench - leak) + posture + bias;

@@ -29,14 +29,20 @@ pub enum Controller {
 
 impl Controller {
     /// Joint torques for this step (`dt` s long), within effort and rate limits.
-    pub fn torque(&mut self, measured: &MeasuredState, k: &Kinematics, wish: &Reference, dt: f64) -> TorqueCommand {
+    pub fn torque(
+        &mut self,
+        measured: &MeasuredState,
+        k: &Kinematics,
+        reference: &Reference,
+        dt: f64,
+    ) -> TorqueCommand {
         match self {
-            Self::Impedance(c) => c.torque(measured, k, wish, dt),
-            Self::Position(c) => c.torque(measured, k, wish, dt),
+            Self::Impedance(c) => c.torque(measured, k, reference, dt),
+            Self::Position(c) => c.torque(measured, k, reference, dt),
         }
     }
 
-    /// Where the law wished the pen tip to be at its last call, m, world.
+    /// Where the law desired the pen tip to be at its last call, m, world.
     pub fn set_point(&self) -> Point3<f64> {
         match self {
             Self::Impedance(c) => c.set_point(),

@@ -55,7 +55,7 @@ impl PositionController {
         &self.model
     }
 
-    /// Where the law wished the pen tip to be at its last call, m, world.
+    /// Where the law desired the pen tip to be at its last call, m, world.
     pub fn set_point(&self) -> Point3<f64> {
         self.set_point
     }
@@ -72,11 +72,17 @@ impl PositionController {
     ///
     /// (Siciliano et al., Robotics, 2009, section 8.5.2, doi:10.1007/978-1-84628-642-1), held within effort and rate limits. The force
     /// at the tip is what comes of it: the set point's depth times the stiffness of arm and nib in series.
-    pub fn torque(&mut self, measured: &MeasuredState, k: &Kinematics, wish: &Reference, dt: f64) -> TorqueCommand {
+    pub fn torque(
+        &mut self,
+        measured: &MeasuredState,
+        k: &Kinematics,
+        reference: &Reference,
+        dt: f64,
+    ) -> TorqueCommand {
         let (mass, bias) = self.model.mass_and_bias(k, &measured.qd);
         let (w, zeta) = (self.options.frequency, self.options.damping_ratio);
-        let wished = self.model.kinematics(&wish.q);
-        self.set_point = Point3::from(wished.world_from_tip().translation.vector);
+        let desired = self.model.kinematics(&reference.q);
+        self.set_point = Point3::from(desired.world_from_tip().translation.vector);
         if self.step.is_multiple_of(STIFFNESS_PERIOD) {
             let axis = k.world_from_tip().rotation * nalgebra::Vector3::z();
             let pull = k.jacobian().transpose() * Vector6::new(axis.x, axis.y, axis.z, 0.0, 0.0, 0.0);
@@ -94,9 +100,9 @@ impl PositionController {
             }
         }
         self.step += 1;
-        let error: JointVector = wish.q - measured.q;
-        let rate: JointVector = wish.qd - measured.qd;
-        let tau = mass * (wish.qdd + rate * (2.0 * zeta * w) + error * (w * w)) + bias;
+        let error: JointVector = reference.q - measured.q;
+        let rate: JointVector = reference.qd - measured.qd;
+        let tau = mass * (reference.qdd + rate * (2.0 * zeta * w) + error * (w * w)) + bias;
         self.limits.hold(&self.model, tau, self.options.torque_rate, dt)
     }
 }

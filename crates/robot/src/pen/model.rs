@@ -190,7 +190,7 @@ impl PenModel {
         contact + self.spread(contact / speed.max(SLOWEST))
     }
 
-    /// Least and largest force, N, that is planned for a line of wished width: four times what makes the nib skip, since forces
+    /// Least and largest force, N, that is planned for a line of desired width: four times what makes the nib skip, since forces
     /// waver, and what squeezes the nib flat or damages it.
     pub fn force_range(&self) -> [f64; 2] {
         let share = (self.width_max - self.width_at_rest) / (self.width_nominal - self.width_at_rest).max(1e-9);

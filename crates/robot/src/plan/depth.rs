@@ -3,10 +3,10 @@ use crate::pen::PenModel;
 use crate::plan::JointSpline;
 use crate::robot::JointVector;
 
-/// Press depth delta of equation 6.1 by layer and wished width of line.
+/// Press depth delta of equation 6.1 by layer and desired width of line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressDepths {
-    /// Depth where no width is wished, m.
+    /// Depth where no width is desired, m.
     pub default: f64,
     /// For each layer, depths (m) of lines of rising width (m): pairs of width and depth. Between two widths the depth is
     /// interpolated, outside it is that of the nearest. A layer without any takes the default everywhere.
@@ -60,7 +60,7 @@ impl PressDepths {
     }
 }
 
-/// Depths at places `s` (rising, m) that change by no more than `slope` from place to place, near to the wished ones: neighbours
+/// Depths at places `s` (rising, m) that change by no more than `slope` from place to place, near to the desired ones: neighbours
 /// too far apart meet half-way, again and again, so that a step becomes a ramp about it. Depths that change less stay as
 /// they are.
 pub(crate) fn limit_slope(s: &[f64], depths: &mut [f64], slope: f64) {
@@ -225,12 +225,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_slope_is_kept_and_gentle_depths_stay(wished in proptest::collection::vec(0.0..1e-2f64, 1..60), slope in 0.05..2.0f64) {
-            let s: Vec<f64> = (0..wished.len()).map(|i| 1e-3 * i as f64).collect();
-            let mut depths = wished.clone();
+        fn the_slope_is_kept_and_gentle_depths_stay(desired in proptest::collection::vec(0.0..1e-2f64, 1..60), slope in 0.05..2.0f64) {
+            let s: Vec<f64> = (0..desired.len()).map(|i| 1e-3 * i as f64).collect();
+            let mut depths = desired.clone();
             limit_slope(&s, &mut depths, slope);
             prop_assert!(depths.windows(2).all(|w| (w[1] - w[0]).abs() <= slope * 1e-3 * (1.0 + 1e-9)));
-            let (low, high) = wished.iter().fold((f64::INFINITY, 0.0f64), |(l, h), d| (l.min(*d), h.max(*d)));
+            let (low, high) = desired.iter().fold((f64::INFINITY, 0.0f64), |(l, h), d| (l.min(*d), h.max(*d)));
             prop_assert!(depths.iter().all(|d| *d >= low && *d <= high));
             let again = depths.clone();
             limit_slope(&s, &mut depths, slope * (1.0 + 1e-6));

@@ -125,7 +125,7 @@ fn planned(
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Distance (m) of `p` from the polyline through the pressed targets, and angle (rad) of `axis` from the wished one there.
+/// Distance (m) of `p` from the polyline through the pressed targets, and angle (rad) of `axis` from the desired one there.
 fn error(targets: &[SurfaceTarget], depth: f64, p: &Point3<f64>, axis: &Vector3<f64>) -> (f64, f64) {
     let pressed = |t: &SurfaceTarget| t.position - t.normal * depth;
     let mut best = (f64::INFINITY, 0.0);
@@ -183,9 +183,9 @@ fn assert_sound(
             let tip = k.world_from_tip();
             let (position, axis) = (Point3::from(tip.translation.vector), tip.rotation * Vector3::z());
             let pen_use = if s.kind == SegmentKind::Travel { PenUse::Travelling } else { PenUse::Drawing };
-            let room = surroundings.room(&k, pen_use);
+            let clearance = surroundings.clearance(&k, pen_use);
             // between two looks the margin itself may be touched, but no more
-            assert!(room.excess > -0.002, "{:?} {i}: {room:?}", s.kind);
+            assert!(clearance.excess > -0.002, "{:?} {i}: {clearance:?}", s.kind);
             if let (SegmentKind::Draw, Some(targets)) = (s.kind, targets) {
                 let (distance, angle) = error(targets, o.press.default, &position, &axis);
                 assert!(distance < 5e-5, "off by {distance}");
@@ -321,7 +321,7 @@ fn travel_goes_round_furniture() {
         let mut cursor = 0;
         for i in 0..=(s.trajectory.duration() / 0.01) as usize {
             let k = arm.kinematics(&s.trajectory.sample(i as f64 * 0.01, &mut cursor).q);
-            assert!(surroundings.room(&k, PenUse::Travelling).excess > -0.002);
+            assert!(surroundings.clearance(&k, PenUse::Travelling).excess > -0.002);
         }
     }
 }

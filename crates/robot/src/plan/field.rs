@@ -59,18 +59,18 @@ impl Workcell<'_> {
         if dexterity < self.options.singularity_margin {
             return Err(Obstruction::Singular { dexterity });
         }
-        let room = self.surroundings.room(&solution.kinematics, PenUse::Drawing);
-        if !room.is_clear() {
-            return Err(Obstruction::from_room(self.surroundings.arm(), &room));
+        let clearance = self.surroundings.clearance(&solution.kinematics, PenUse::Drawing);
+        if !clearance.is_clear() {
+            return Err(Obstruction::from_clearance(self.surroundings.arm(), &clearance));
         }
-        Ok(room.excess)
+        Ok(clearance.excess)
     }
 
     /// How uncomfortable a solution is: near limits, near a singularity, far from home. `None` where it may not be.
     pub fn discomfort(&self, solution: &IkSolution) -> Option<f64> {
-        let room = self.check(solution).ok()?;
+        let clearance = self.check(solution).ok()?;
         let (lower, upper) = self.solver.bounds();
-        let mut cost = 0.1 / dexterity(&solution.kinematics) + 0.002 / (room + 0.005);
+        let mut cost = 0.1 / dexterity(&solution.kinematics) + 0.002 / (clearance + 0.005);
         for i in 0..self.surroundings.arm().dof() {
             let gap = (solution.q[i] - lower[i]).min(upper[i] - solution.q[i]);
             cost += 0.05 / (gap + 0.05);

@@ -3,7 +3,7 @@ use nalgebra::{Matrix5, Point3, SMatrix, Vector3, Vector5};
 
 use crate::robot::{ArmModel, JointVector, Kinematics, MAX_DOF};
 
-/// Where the tip shall be and which way the pen shall point. The turn about the pen's axis is free.
+/// Where the tip is to be and which way the pen shall point. The turn about the pen's axis is free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenTarget {
     /// Position of the tip, m, world.
@@ -41,13 +41,13 @@ pub struct IkFailure {
     pub q: JointVector,
     /// Distance of the tip from the target, m.
     pub position_error: f64,
-    /// Angle between the pen and the wished axis, rad.
+    /// Angle between the pen and the desired axis, rad.
     pub axis_error: f64,
     /// The joint that stood at its limit, if one did.
     pub at_limit: Option<usize>,
 }
 
-/// Jacobian of the pen task: rows 0..3 position (world axes), 3..5 turn about two axes normal to the wished axis.
+/// Jacobian of the pen task: rows 0..3 position (world axes), 3..5 turn about two axes normal to the desired axis.
 pub type TaskJacobian = SMatrix<f64, 5, MAX_DOF>;
 
 /// Solves for an arm's joints. Nothing in it allocates.
@@ -162,11 +162,11 @@ impl<'a> IkSolver<'a> {
                 return Err(IkFailure { q, position_error, axis_error, at_limit });
             }
             let j = task_jacobian(&kinematics, target);
-            let wish = match posture {
-                Some(p) if iteration < pulled => self.wish(&q, p),
+            let pull = match posture {
+                Some(p) if iteration < pulled => self.pull(&q, p),
                 _ => JointVector::zeros(),
             };
-            let (mut dq, limit) = self.step(&j, &error, &q, &wish);
+            let (mut dq, limit) = self.step(&j, &error, &q, &pull);
             at_limit = limit;
             let longest = dq.amax();
             if longest > STEP_LIMIT {
@@ -179,7 +179,7 @@ impl<'a> IkSolver<'a> {
     }
 
     /// Where the null space would like to go: to the posture, and off the limits.
-    fn wish(&self, q: &JointVector, posture: &Posture) -> JointVector {
+    fn pull(&self, q: &JointVector, posture: &Posture) -> JointVector {
         let mut g = (posture.reference - q) * posture.pull;
         for i in 0..self.arm.dof() {
             let zone = LIMIT_ZONE.min(0.25 * (self.upper[i] - self.lower[i]));
@@ -196,19 +196,19 @@ impl<'a> IkSolver<'a> {
         j: &TaskJacobian,
         error: &Vector5<f64>,
         q: &JointVector,
-        wish: &JointVector,
+        pull: &JointVector,
     ) -> (JointVector, Option<usize>) {
         let n = self.arm.dof();
         let mut free = [true; MAX_DOF];
         let mut fixed = JointVector::zeros();
         let mut at_limit = None;
         for _ in 0..=n {
-            // e - J g, with g the wish of the free joints and the given step of the fixed ones
+            // e - J g, with g the pull of the free joints and the given step of the fixed ones
             let mut rest = *error;
             let mut a = Matrix5::zeros();
             for i in 0..n {
                 let column = j.column(i);
-                rest -= column * if free[i] { wish[i] } else { fixed[i] };
+                rest -= column * if free[i] { pull[i] } else { fixed[i] };
                 if free[i] {
                     for r in 0..5 {
                         let scaled = column[r] * self.mobility[i];
@@ -223,7 +223,7 @@ impl<'a> IkSolver<'a> {
             let mut hit = false;
             for i in 0..n {
                 if free[i] {
-                    dq[i] = wish[i] + self.mobility[i] * j.column(i).dot(&y);
+                    dq[i] = pull[i] + self.mobility[i] * j.column(i).dot(&y);
                 }
             }
             for i in 0..n {

@@ -38,7 +38,7 @@ pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
 pub use separation::{Motion, Nearest, nearest};
 pub use spline::{JointSpline, SplinePoint};
 pub use stepwise::{Descent, DrawnPiece, StepPlanner};
-pub use surroundings::{Contact, PenUse, Room, Surroundings};
+pub use surroundings::{Clearance, CollisionPair, PenUse, Surroundings};
 pub use trajectory::{Knot, MotionPeaks, MotionSample, Trajectory};
 pub use visit_order::VisitOrder;
 pub use zone::{Space, Sweep, Zone};

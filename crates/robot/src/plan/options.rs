@@ -24,7 +24,7 @@ pub struct PlanOptions {
     pub hover: f64,
     /// Press depth delta of equation 6.1: how far the set point lies under the believed surface.
     pub press: PressDepths,
-    /// Most that the press depth may change along a stroke, m per m. What is wished to change faster is spread out.
+    /// Most that the press depth may change along a stroke, m per m. What is desired to change faster is spread out.
     pub press_slope: f64,
     /// Most that the press depth may change in time on a stroke, m/s: the pen goes slower where it must.
     pub press_rate: f64,
@@ -32,7 +32,7 @@ pub struct PlanOptions {
     pub step: f64,
     /// A change of direction above this is a corner: the pen stops there, rad.
     pub corner_angle: f64,
-    /// Largest deviation of the joint path from the wished path between two poses, m.
+    /// Largest deviation of the joint path from the desired path between two poses, m.
     pub path_tolerance: f64,
     /// Distance kept from joint limits, rad (m for sliding joints).
     pub limit_margin: f64,

@@ -87,7 +87,7 @@ pub struct PlanStatistics {
     pub pen_changes: usize,
     /// Largest turn of a joint between two neighbouring poses of a stroke, rad.
     pub max_joint_step: f64,
-    /// Largest distance of the planned tip path from the wished line, half-way between two poses, m.
+    /// Largest distance of the planned tip path from the desired line, half-way between two poses, m.
     pub max_deviation: f64,
     /// Travels straight in joint space.
     pub travels_direct: usize,
@@ -220,11 +220,11 @@ fn check_pose(cell: &Workcell, pose: &'static str, q: &JointVector) -> Result<()
             });
         }
     }
-    let room = cell.surroundings.room(&arm.kinematics(q), PenUse::Travelling);
-    if room.is_clear() {
+    let clearance = cell.surroundings.clearance(&arm.kinematics(q), PenUse::Travelling);
+    if clearance.is_clear() {
         return Ok(());
     }
-    Err(PlanError::PoseObstructed { arm: arm.name.clone(), pose, reason: Obstruction::from_room(arm, &room) })
+    Err(PlanError::PoseObstructed { arm: arm.name.clone(), pose, reason: Obstruction::from_clearance(arm, &clearance) })
 }
 
 fn solve_stroke(cell: &Workcell, field: &PostureField, way: &[Waypoint], limits: &MotionLimits) -> Solved {

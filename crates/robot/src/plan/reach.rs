@@ -4,7 +4,7 @@ use std::fmt;
 use nalgebra::Point2;
 
 use crate::plan::ik::IkFailure;
-use crate::plan::surroundings::{Contact, Room};
+use crate::plan::surroundings::{Clearance, CollisionPair};
 use crate::robot::ArmModel;
 
 /// Why a point can't be drawn.
@@ -65,15 +65,15 @@ impl Obstruction {
         }
     }
 
-    pub(crate) fn from_room(arm: &ArmModel, room: &Room) -> Self {
+    pub(crate) fn from_clearance(arm: &ArmModel, clearance: &Clearance) -> Self {
         let name = |i: usize| arm.links[i].name.clone();
-        let (link, other) = match room.contact {
-            Some(Contact::Canvas { link }) => (name(link), "canvas".into()),
-            Some(Contact::Obstacle { link, obstacle }) => (name(link), format!("obstacle {obstacle}")),
-            Some(Contact::Links { first, second }) => (name(second), name(first)),
+        let (link, other) = match clearance.contact {
+            Some(CollisionPair::Canvas { link }) => (name(link), "canvas".into()),
+            Some(CollisionPair::Obstacle { link, obstacle }) => (name(link), format!("obstacle {obstacle}")),
+            Some(CollisionPair::Links { first, second }) => (name(second), name(first)),
             None => (arm.name.clone(), "nothing".into()),
         };
-        Self::Collision { link, other, missing: (-room.excess).max(0.0) }
+        Self::Collision { link, other, missing: (-clearance.excess).max(0.0) }
     }
 
     /// How far an attempt got before it failed: the reason worth telling is that of the best attempt.

@@ -229,7 +229,7 @@ impl<'a> ReachProbe<'a> {
         let turn = frame_from_axes(&-self.axis, &Vector3::x());
         let patch_from_world = asked.patch.then(|| Pose::from_parts(point.coords.into(), turn).inverse());
         let around = &asked.cell.surroundings;
-        around.room_with_canvas(&solution.kinematics, PenUse::Drawing, patch_from_world.as_ref()).is_clear()
+        around.clearance_with_canvas(&solution.kinematics, PenUse::Drawing, patch_from_world.as_ref()).is_clear()
     }
 }
 

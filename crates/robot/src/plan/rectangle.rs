@@ -52,7 +52,7 @@ pub struct Slice {
 ///
 /// A rectangle fits where the least block of points round it is full, and each such block lies in one that can't be
 /// widened or heightened. Those are listed column by column from the heights of full points (Vandevoorde, The maximal rectangle
-/// problem, Dr. Dobb's Journal, 1998), and the wished rectangle is put in the middle of each. Of equally
+/// problem, Dr. Dobb's Journal, 1998), and the desired rectangle is put in the middle of each. Of equally
 /// large ones that in the larger block wins, then the first.
 pub fn largest(mask: &Mask, aspect: f64) -> Option<[f64; 4]> {
     // run[i]: full points downwards from (i, j), this one included

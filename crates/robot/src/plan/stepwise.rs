@@ -220,7 +220,7 @@ impl StepPlanner {
         Trajectory::new(Piece::new(q, &positions, self.options.pen_speed).time(&self.limits))
     }
 
-    /// From what was wished last, in motion, to rest, and a wait of `wait` s there.
+    /// From what was desired last, in motion, to rest, and a wait of `wait` s there.
     pub fn brake(&self, last: &MotionSample, wait: f64) -> Trajectory {
         let (first, zero) = (Knot { time: 0.0, q: last.q, qd: last.qd, qdd: last.qdd }, JointVector::zeros());
         let q = last.q + last.qd * (0.5 * BRAKING);

@@ -23,7 +23,7 @@ pub struct DrawnRun {
     pub depth: DepthProfile,
     /// Up to the hover height.
     pub lift: Trajectory,
-    /// Largest distance of the tip from the wished line half-way between two waypoints, m.
+    /// Largest distance of the tip from the desired line half-way between two waypoints, m.
     pub deviation: f64,
     /// Poses solved.
     pub poses: usize,
@@ -47,7 +47,7 @@ const SETTLING: f64 = 0.15;
 const VERTICAL_STEP: f64 = 0.0015;
 /// Passes that add poses where the joint path strays.
 const REFINEMENTS: usize = 4;
-/// Largest angle between pen and wished axis half-way between two waypoints, rad.
+/// Largest angle between pen and desired axis half-way between two waypoints, rad.
 const AXIS_DEVIATION: f64 = 1e-3;
 
 /// Times `run`: the pen comes straight down, stops at corners, and goes straight up.
@@ -168,13 +168,13 @@ fn strays(
     let s = spline.parameters();
     let (mut worst, mut stray, mut cursor): (f64, Vec<usize>, usize) = (0.0, Vec::new(), 0);
     for i in 0..targets.len() - 1 {
-        let wished = midway(&targets[i], &targets[i + 1]);
+        let desired = midway(&targets[i], &targets[i + 1]);
         let tip = *arm.kinematics(&spline.at(0.5 * (s[i] + s[i + 1]), &mut cursor).q).world_from_tip();
         // distance from the line: being early or late on it is no error
         let along = (targets[i + 1].position - targets[i].position).try_normalize(1e-12).unwrap_or_default();
-        let offset = tip.translation.vector - wished.position.coords;
+        let offset = tip.translation.vector - desired.position.coords;
         let distance = (offset - along * along.dot(&offset)).norm();
-        let angle = (tip.rotation * Vector3::z()).cross(&wished.axis).norm();
+        let angle = (tip.rotation * Vector3::z()).cross(&desired.axis).norm();
         worst = worst.max(distance);
         if distance > 0.7 * tolerance || angle > AXIS_DEVIATION {
             stray.push(i);
@@ -206,9 +206,9 @@ fn rise(cell: &Workcell, place: &Waypoint, start: &JointVector, hover: f64) -> R
         let s = cell.solver.follow(&at, &q[i - 1], &still).map_err(|f| Obstruction::from_failure(arm, &f))?;
         if i == steps || i == steps / 2 {
             let use_of_pen = if i == steps { PenUse::Travelling } else { PenUse::Drawing };
-            let room = cell.surroundings.room(&s.kinematics, use_of_pen);
-            if !room.is_clear() {
-                return Err(Obstruction::from_room(arm, &room));
+            let clearance = cell.surroundings.clearance(&s.kinematics, use_of_pen);
+            if !clearance.is_clear() {
+                return Err(Obstruction::from_clearance(arm, &clearance));
             }
         }
         q.push(s.q);
@@ -227,7 +227,7 @@ fn vertical(cell: &Workcell, (mut q, mut heights): Upright, down: bool, limits: 
     // the path is a straight line: its heights are coordinates enough
     let positions: Vec<Vector3<f64>> = heights.iter().map(|h| Vector3::new(0.0, 0.0, *h)).collect();
     let mut piece = Piece::new(q, &positions, options.travel_speed);
-    // the nib strikes with a force in proportion to its speed: no harder than it shall press
+    // the nib strikes with a force in proportion to its speed: no harder than it is to press
     let deepest = -heights.iter().copied().fold(0.0, f64::min);
     let share = if deepest < options.press.default { (deepest / options.press.default).max(GENTLEST) } else { 1.0 };
     for (speed, height) in piece.speed.iter_mut().zip(&heights) {

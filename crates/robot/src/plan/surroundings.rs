@@ -17,7 +17,7 @@ pub enum PenUse {
 
 /// Two things that are near each other. Links count from the base, 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contact {
+pub enum CollisionPair {
     /// A link and the canvas.
     Canvas {
         /// Index of the link.
@@ -41,15 +41,15 @@ pub enum Contact {
 
 /// How much room there is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Room {
+pub struct Clearance {
     /// Least distance less the margin that is to be kept there, m; negative where a margin is entered. Never above
-    /// [`Room::HORIZON`], beyond which nothing is looked at.
+    /// [`Clearance::HORIZON`], beyond which nothing is looked at.
     pub excess: f64,
     /// What is nearest, if anything is within the horizon.
-    pub contact: Option<Contact>,
+    pub contact: Option<CollisionPair>,
 }
 
-impl Room {
+impl Clearance {
     /// Distance beyond the margin that counts as far, m.
     pub const HORIZON: f64 = 0.1;
 
@@ -117,19 +117,27 @@ impl<'a> Surroundings<'a> {
         (0..MAX_DOF).map(|i| dq[i].abs() * self.reach[i]).sum()
     }
 
-    /// Room of the arm at `k`; no allocation. The base, link 0, may stand on whatever it stands on.
-    pub fn room(&self, k: &Kinematics, pen_use: PenUse) -> Room {
-        self.room_with_canvas(k, pen_use, None)
+    /// Clearance of the arm at `k`; no allocation. The base, link 0, may stand on whatever it stands on.
+    pub fn clearance(&self, k: &Kinematics, pen_use: PenUse) -> Clearance {
+        self.clearance_with_canvas(k, pen_use, None)
     }
 
     /// The same with the canvas elsewhere: `canvas_from_world` leads into the frame of its mesh.
-    pub fn room_with_canvas(&self, k: &Kinematics, pen_use: PenUse, canvas_from_world: Option<&Pose>) -> Room {
+    pub fn clearance_with_canvas(
+        &self,
+        k: &Kinematics,
+        pen_use: PenUse,
+        canvas_from_world: Option<&Pose>,
+    ) -> Clearance {
         let itself = self.pairs.clearance(self.arm, k);
-        let mut room = Room { excess: Room::HORIZON, contact: None };
+        let mut clearance = Clearance { excess: Clearance::HORIZON, contact: None };
         if let Some((first, second)) = itself.links
-            && itself.distance - self.self_margin < room.excess
+            && itself.distance - self.self_margin < clearance.excess
         {
-            room = Room { excess: itself.distance - self.self_margin, contact: Some(Contact::Links { first, second }) };
+            clearance = Clearance {
+                excess: itself.distance - self.self_margin,
+                contact: Some(CollisionPair::Links { first, second }),
+            };
         }
         let last = self.arm.links.len() - 1;
         for (link, model) in self.arm.links.iter().enumerate().skip(1) {
@@ -140,21 +148,21 @@ impl<'a> Surroundings<'a> {
                 let Some(c) = looked_at.map(|c| c.transformed(k.world_from_link(link))) else { continue };
                 let margin = c.radius + self.canvas_margin;
                 let seen = canvas_from_world.map_or(c, |pose| c.transformed(pose));
-                nearer(self.canvas, &seen.a, &seen.b, margin, Contact::Canvas { link }, &mut room);
+                nearer(self.canvas, &seen.a, &seen.b, margin, CollisionPair::Canvas { link }, &mut clearance);
                 for (obstacle, mesh) in self.obstacles.iter().enumerate() {
-                    nearer(mesh, &c.a, &c.b, margin, Contact::Obstacle { link, obstacle }, &mut room);
+                    nearer(mesh, &c.a, &c.b, margin, CollisionPair::Obstacle { link, obstacle }, &mut clearance);
                 }
             }
         }
         if pen_use == PenUse::Travelling {
             let c = self.nib.transformed(k.world_from_link(last));
             let seen = canvas_from_world.map_or(c, |pose| c.transformed(pose));
-            nearer(self.canvas, &seen.a, &seen.b, NIB_MARGIN, Contact::Canvas { link: last }, &mut room);
+            nearer(self.canvas, &seen.a, &seen.b, NIB_MARGIN, CollisionPair::Canvas { link: last }, &mut clearance);
             for (obstacle, mesh) in self.obstacles.iter().enumerate() {
-                nearer(mesh, &c.a, &c.b, NIB_MARGIN, Contact::Obstacle { link: last, obstacle }, &mut room);
+                nearer(mesh, &c.a, &c.b, NIB_MARGIN, CollisionPair::Obstacle { link: last, obstacle }, &mut clearance);
             }
         }
-        room
+        clearance
     }
 
     /// The pen's capsule, in the last link's frame, cut back so that it ends at the tip, or short of it by as much as may touch the canvas.
@@ -182,18 +190,18 @@ impl<'a> Surroundings<'a> {
     ///
     /// Each look says how far the arm may move before it could enter a margin; the next look is no farther on than
     /// that, so nothing slips between two looks. Where there is hardly any room it looks every 2 mm.
-    pub fn obstruction(&self, a: &JointVector, b: &JointVector, pen_use: PenUse) -> Option<(f64, Room)> {
+    pub fn obstruction(&self, a: &JointVector, b: &JointVector, pen_use: PenUse) -> Option<(f64, Clearance)> {
         let whole = self.motion_bound(&(b - a));
         let mut u = 0.0;
         loop {
-            let room = self.room(&self.arm.kinematics(&(a + (b - a) * u)), pen_use);
-            if !room.is_clear() {
-                return Some((u, room));
+            let clearance = self.clearance(&self.arm.kinematics(&(a + (b - a) * u)), pen_use);
+            if !clearance.is_clear() {
+                return Some((u, clearance));
             }
             if u >= 1.0 {
                 return None;
             }
-            u = (u + room.excess.max(FINEST) / whole.max(1e-9)).min(1.0);
+            u = (u + clearance.excess.max(FINEST) / whole.max(1e-9)).min(1.0);
         }
     }
 }
@@ -202,10 +210,17 @@ impl<'a> Surroundings<'a> {
 pub const FINEST: f64 = 0.002;
 
 /// Lowers `room` to the distance of `mesh` from the segment, less `margin`, when that is less.
-fn nearer(mesh: &TriMesh, a: &Point3<f64>, b: &Point3<f64>, margin: f64, contact: Contact, room: &mut Room) {
-    if let Some(distance) = mesh.distance_to_segment(a, b, room.excess.max(-margin) + margin)
-        && distance - margin < room.excess
+fn nearer(
+    mesh: &TriMesh,
+    a: &Point3<f64>,
+    b: &Point3<f64>,
+    margin: f64,
+    contact: CollisionPair,
+    clearance: &mut Clearance,
+) {
+    if let Some(distance) = mesh.distance_to_segment(a, b, clearance.excess.max(-margin) + margin)
+        && distance - margin < clearance.excess
     {
-        *room = Room { excess: distance - margin, contact: Some(contact) };
+        *clearance = Clearance { excess: distance - margin, contact: Some(contact) };
     }
 }

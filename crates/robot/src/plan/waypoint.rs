@@ -1,11 +1,11 @@
-//! The wished line of a stroke as evenly spaced pen targets.
+//! The desired line of a stroke as evenly spaced pen targets.
 use nalgebra::{Point3, Vector3};
 
 use crate::plan::depth::limit_slope;
 use crate::plan::{PenTarget, PlanOptions};
 use crate::surface::SurfaceTarget;
 
-/// A pose that the pen shall pass.
+/// A pose that the pen is to pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waypoint {
     /// Set point of the tip (pressed in by the press depth) and of the pen's axis.
@@ -64,16 +64,16 @@ pub fn waypoints(targets: &[SurfaceTarget], layer: usize, options: &PlanOptions)
         .collect()
 }
 
-/// Press depths of all places: those of the wished widths, where they change not too fast along the line, rounded over
+/// Press depths of all places: those of the desired widths, where they change not too fast along the line, rounded over
 /// neighbours. A constant depth stays exactly what it is.
 fn depths(targets: &[SurfaceTarget], places: &[Place], layer: usize, options: &PlanOptions) -> Vec<f64> {
-    let wished = |(_, _, source, _): &Place| {
+    let desired = |(_, _, source, _): &Place| {
         let (a, u) = (source.floor() as usize, source.fract());
         let width = |i: usize| targets[i.min(targets.len() - 1)].width;
         let width = width(a).map(|w| w + u * (width(a + 1).unwrap_or(w) - w));
         options.press.of(layer, width)
     };
-    let mut depths: Vec<f64> = places.iter().map(wished).collect();
+    let mut depths: Vec<f64> = places.iter().map(desired).collect();
     if depths.windows(2).all(|w| w[0] == w[1]) {
         return depths;
     }
@@ -130,10 +130,10 @@ fn angle(targets: &[SurfaceTarget], a: usize, b: usize, c: usize) -> f64 {
     u.cross(&v).norm().atan2(u.dot(&v))
 }
 
-/// `wished`, or the unit vector on the way to it that is `most` (rad) from `raw`.
-fn near(raw: &Vector3<f64>, wished: &Vector3<f64>, most: f64) -> Vector3<f64> {
-    let turn = raw.cross(wished).norm().atan2(raw.dot(wished));
-    if turn <= most { *wished } else { (raw + (wished - raw) * (most / turn)).normalize() }
+/// `desired`, or the unit vector on the way to it that is `most` (rad) from `raw`.
+fn near(raw: &Vector3<f64>, desired: &Vector3<f64>, most: f64) -> Vector3<f64> {
+    let turn = raw.cross(desired).norm().atan2(raw.dot(desired));
+    if turn <= most { *desired } else { (raw + (desired - raw) * (most / turn)).normalize() }
 }
 
 /// The pose half-way between two.
@@ -191,8 +191,8 @@ mod tests {
             waypoints(&targets, 0, &options)
         };
         for w in with(&|x| 5e-4 + 0.015 * x) {
-            let wished = 1e-3 + 0.06 * w.target.position.x;
-            assert!((w.depth - wished).abs() < 1e-12 && (w.target.position.z + wished).abs() < 1e-12);
+            let desired = 1e-3 + 0.06 * w.target.position.x;
+            assert!((w.depth - desired).abs() < 1e-12 && (w.target.position.z + desired).abs() < 1e-12);
         }
         let sudden = with(&|x| if x < 0.05 { 5e-4 } else { 2e-3 });
         let steepest = sudden.windows(2).map(|w| (w[1].depth - w[0].depth).abs() / 1e-3).fold(0.0, f64::max);

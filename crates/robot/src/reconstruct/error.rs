@@ -37,7 +37,7 @@ pub enum ReconstructError {
         extent_mm: f64,
         /// Extent at right angles to it, mm.
         across_mm: f64,
-        /// Wished edge of a triangle, mm.
+        /// Desired edge of a triangle, mm.
         triangle_mm: f64,
     },
     /// The points are too many for the triangles, or the triangles too small for the room.
@@ -45,7 +45,7 @@ pub enum ReconstructError {
         "triangles of {triangle_mm} mm over the cloud ask for a grid of more than {max} cells; make triangle_mm larger"
     )]
     TooFine {
-        /// Wished edge of a triangle, mm.
+        /// Desired edge of a triangle, mm.
         triangle_mm: f64,
         /// The limit.
         max: usize,

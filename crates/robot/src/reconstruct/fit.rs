@@ -144,8 +144,8 @@ mod tests {
         let p = foot.position;
         let height = p.z - (p.x * p.x - 0.5 * p.y * p.y) / 0.2;
         assert!(height.abs() < 2e-6, "{height}");
-        let wished = Vector3::new(-p.x / 0.1, 0.5 * p.y / 0.1, 1.0).normalize();
-        assert!((foot.normal - wished).norm() < 1e-3);
+        let desired = Vector3::new(-p.x / 0.1, 0.5 * p.y / 0.1, 1.0).normalize();
+        assert!((foot.normal - desired).norm() < 1e-3);
         assert!(surface.signed_distance(&Point3::new(0.0, 0.0, 0.005), 0.02).unwrap() > 0.004);
         assert!(surface.signed_distance(&Point3::new(0.0, 0.0, -0.005), 0.02).unwrap() < -0.004);
         assert!(surface.signed_distance(&Point3::new(0.0, 0.0, -0.5), 0.02).is_none());

@@ -27,9 +27,9 @@ const RADIUS_NOISE: f64 = 25.0;
 /// See [`RADIUS_NOISE`].
 const RADIUS_MOST: f64 = 4.0;
 
-/// What is wished of the mesh.
+/// What is desired of the mesh.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wish {
+pub(super) struct MeshOptions {
     /// Edge of the triangles, m.
     pub triangle: f64,
     /// Radius of the fitted neighbourhoods, m; chosen by spacing and noise of the points when absent.
@@ -53,19 +53,19 @@ pub(super) struct Built {
 }
 
 /// Builds the mesh of what lies behind the sheet's centre.
-pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, wish: Wish) -> Result<Built, ReconstructError> {
-    check_extent(cloud, wish.triangle)?;
+pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, options: MeshOptions) -> Result<Built, ReconstructError> {
+    check_extent(cloud, options.triangle)?;
     let tree = KdTree::new(&cloud.points);
     let gap = spacing(&cloud.points, &tree);
-    let least = (RADIUS_TRIANGLES * wish.triangle).max(RADIUS_SPACINGS * gap);
+    let least = (RADIUS_TRIANGLES * options.triangle).max(RADIUS_SPACINGS * gap);
     // a neighbourhood smaller than the noise sees only a part of it, so the two are found in turns
-    let mut radius = wish.radius.unwrap_or(least);
+    let mut radius = options.radius.unwrap_or(least);
     let mut noise = 0.0;
     let mut thin = Fine::new(cloud, radius);
     for _ in 0..4 {
         noise = spread(&thin.surface(radius));
         let wider = (least + RADIUS_NOISE * noise).min(RADIUS_MOST * least);
-        if wish.radius.is_some() || wider <= radius * 1.05 {
+        if options.radius.is_some() || wider <= radius * 1.05 {
             break;
         }
         radius = wider;
@@ -75,17 +75,17 @@ pub(super) fn reconstruct(cloud: &Cloud, sheet: &SheetFrame, wish: Wish) -> Resu
     let surface = thin.surface(radius);
 
     // a cell is a little smaller than its triangles' mean edge: a quad's diagonal is longer
-    let cell = (wish.triangle / 1.1).max(gap);
+    let cell = (options.triangle / 1.1).max(gap);
     // the net only gives the topology
     let coarse = thin.coarser((0.7 * cell).max(radius / 8.0));
-    let layers = ((0.5 * wish.hole / cell).ceil() as i64).clamp(1, 6);
+    let layers = ((0.5 * options.hole / cell).ceil() as i64).clamp(1, 6);
     let reach = cell * (layers as f64 + 2.0) * 3f64.sqrt();
     let mut net =
         surface_net(&cloud.points, cell, layers, |x| coarse.surface(radius.max(2.5 * cell)).signed_distance(x, reach))?;
     // a triangle is borne out when points are no farther from its corners than from one to the next, or than they scatter
     let near = (0.75 * cell).max(1.5 * gap).max(1.5 * noise);
     let borne_out: Vec<bool> = net.vertices.par_iter().map(|v| tree.nearest(v, near).is_some()).collect();
-    patch::trim(&mut net, &borne_out, wish.hole);
+    patch::trim(&mut net, &borne_out, options.hole);
     let sheet_from_world = sheet.world_from_sheet.inverse();
     let off_centre = |v: &Point3<f64>| {
         let p = sheet_from_world * v;

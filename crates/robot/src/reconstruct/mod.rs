@@ -31,7 +31,7 @@ pub use register::Prior;
 pub use sheet_pose::{Located, Mark, Placement, locate_sheet};
 pub use skirt::skirt;
 
-use meshing::{Built, Wish, reconstruct};
+use meshing::{Built, MeshOptions, reconstruct};
 use register::register;
 
 /// Fewest points round the sheet that a mesh is made of.
@@ -136,8 +136,8 @@ fn build(
         return Err(ReconstructError::TooFewPoints { found: cloud.len(), all: measured, needed: FEWEST });
     }
     let cloud = if options.voxel > 0.0 { cloud.downsampled(options.voxel) } else { cloud };
-    let wish = Wish { triangle: options.triangle, radius: options.radius, hole: options.hole };
-    let Built { mesh, cloud, noise, radius, loops } = reconstruct(&cloud, sheet, wish)?;
+    let mesh = MeshOptions { triangle: options.triangle, radius: options.radius, hole: options.hole };
+    let Built { mesh, cloud, noise, radius, loops } = reconstruct(&cloud, sheet, mesh)?;
     let canvas = Canvas { name: name.to_string(), mesh, sheet: sheet.clone() };
     if Projection::new(&canvas).to_surface(&Point2::origin()).is_none() {
         return Err(ReconstructError::NoSurface);

@@ -102,8 +102,8 @@ pub(super) fn trim(net: &mut Net, borne_out: &[bool], hole: f64) {
 }
 
 /// Makes the net a manifold with boundary: drops triangles at edges that more than two share, parts vertices where sheets touch in a
-/// point, and keeps the piece for which `wished` (given a vertex index) is least.
-pub(super) fn one_piece(net: &mut Net, wished: impl Fn(&Point3<f64>) -> f64) {
+/// point, and keeps the piece for which `desired` (given a vertex index) is least.
+pub(super) fn one_piece(net: &mut Net, desired: impl Fn(&Point3<f64>) -> f64) {
     let branching: Vec<bool> = {
         let mut branching = vec![false; net.triangles.len()];
         for g in Edges::new(&net.triangles).groups().filter(|g| g.len() > 2) {
@@ -124,7 +124,7 @@ pub(super) fn one_piece(net: &mut Net, wished: impl Fn(&Point3<f64>) -> f64) {
         .iter()
         .enumerate()
         .map(|(t, corners)| {
-            (corners.iter().map(|&v| wished(&net.vertices[v as usize])).fold(f64::INFINITY, f64::min), t)
+            (corners.iter().map(|&v| desired(&net.vertices[v as usize])).fold(f64::INFINITY, f64::min), t)
         })
         .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let Some((_, best)) = best else { return };

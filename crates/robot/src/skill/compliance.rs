@@ -4,7 +4,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use super::Senses;
 use crate::math::Pose;
 
-/// Rates at which the wish follows force and torque, m/s/N and rad/s/(N m): against something rigid an arm of 2000 N/m and 200 N m/rad
+/// Rates at which the pace follows force and torque, m/s/N and rad/s/(N m): against something rigid an arm of 2000 N/m and 200 N m/rad
 /// has given way in a quarter of a second, slowly against its own 20 ms of sensing.
 const RATES: [f64; 2] = [0.002, 0.02];
 /// Force (N) and torque (N m) that are not followed: a hanging tool's own.
@@ -63,8 +63,8 @@ impl Compliance {
     /// How fast a motion goes on under this force, as a share of its speed.
     pub fn pace(&mut self, force: f64, dt: f64) -> f64 {
         let [free, slow] = SLOW;
-        let wish = ((slow - force) / (slow - free)).clamp(CRAWL, 1.0);
-        self.pace += (wish - self.pace) * (dt / REACTION).min(1.0);
+        let pace = ((slow - force) / (slow - free)).clamp(CRAWL, 1.0);
+        self.pace += (pace - self.pace) * (dt / REACTION).min(1.0);
         self.pace
     }
 
@@ -79,7 +79,7 @@ impl Compliance {
         self.turn = Vector3::zeros();
     }
 
-    /// Where the hand shall be instead of `pose`.
+    /// Where the hand is to be instead of `pose`.
     pub fn yielded(&self, pose: &Pose) -> Pose {
         let turn = UnitQuaternion::from_scaled_axis(self.turn);
         Pose::from_parts(Translation3::from(pose.translation.vector + self.shift), turn * pose.rotation)

@@ -136,7 +136,7 @@ impl<P: Drawer> FetchedPens<P> {
         Ok(())
     }
 
-    /// Up from over the dock and away, once the hand holds the pen and was last told to stand at `at`.
+    /// Up from over the dock and away, once the hand holds the pen and was last commanded to stand at `at`.
     fn leave_dock(&mut self, place: PenPlace, at: &JointVector) -> Result<(), PolicyError> {
         let canvas = self.inner.clear_of()?;
         let planner = StepPlanner::new(

@@ -138,9 +138,9 @@ impl GripperKit {
             from.home[0] += turn;
             let Some(q) = from.joints_for(&ready) else { continue };
             let within = self.bare.joints.iter().enumerate().all(|(i, j)| (j.lower..=j.upper).contains(&q[i]));
-            let room = pairs.clearance(&self.bare, &self.bare.kinematics(&q)).distance;
+            let clearance = pairs.clearance(&self.bare, &self.bare.kinematics(&q)).distance;
             let far = (q - self.home).norm();
-            if within && room > SELF_ROOM && best.as_ref().is_none_or(|(d, _)| far < *d) {
+            if within && clearance > SELF_ROOM && best.as_ref().is_none_or(|(d, _)| far < *d) {
                 best = Some((far, q));
             }
         }

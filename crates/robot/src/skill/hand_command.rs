@@ -1,4 +1,4 @@
-//! What a hand is told to do.
+//! What a hand is commanded to do.
 
 /// First joints of an open hand, rad: a little off the stop, so that the stop's row stays quiet.
 pub const OPEN: f64 = 0.054;
@@ -17,7 +17,7 @@ pub enum GraspMode {
     Scissor,
 }
 
-/// What the hand shall do: where its motors pull, how strongly and how fast.
+/// What the hand is to do: where its motors pull, how strongly and how fast.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HandCommand {
     /// How the fingers stand.

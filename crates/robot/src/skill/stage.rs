@@ -1,6 +1,6 @@
 //! The stages of a tool change, and how one fails.
 
-/// What is wished.
+/// What is desired.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Order {
     /// Take the tool out of its dock.

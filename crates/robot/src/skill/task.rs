@@ -5,7 +5,7 @@ use super::Felt;
 use crate::plan::{DepthProfile, MotionSample, Segment, SegmentKind, Trajectory};
 use crate::robot::JointVector;
 
-/// Largest distance between where a motion begins and where the arm was last told to be, rad.
+/// Largest distance between where a motion begins and where the arm was last commanded to be, rad.
 pub const SAME_POSTURE: f64 = 1e-6;
 
 /// A task of one arm.
@@ -60,7 +60,7 @@ pub struct PenPlace {
 pub struct Precondition {
     /// What the hand must hold: `Some(None)` nothing, `Some(Some(layer))` the pen of a layer; `None` if it doesn't matter.
     pub holds: Option<Option<usize>>,
-    /// Where the arm must last have been told to be, rad.
+    /// Where the arm must last have been commanded to be, rad.
     pub at: Option<JointVector>,
 }
 

@@ -70,7 +70,7 @@ impl Step {
     }
 }
 
-/// What was sensed while arm and fingers have been where they shall be: means outvote noise.
+/// What was sensed while arm and fingers have been where they is to be: means outvote noise.
 #[derive(Clone, Copy, Debug, Default)]
 struct Rest {
     time: f64,
@@ -105,7 +105,7 @@ pub struct ToolChange {
     bevel: Option<f64>,
     queue: VecDeque<Step>,
     from: Pose,
-    /// Where the hand shall be, and where it would be if it did not give way.
+    /// Where the hand is to be, and where it would be if it did not give way.
     goal: Pose,
     way: Pose,
     compliance: Compliance,
@@ -270,7 +270,7 @@ impl ToolChange {
         self.attempt
     }
 
-    /// Goes on by `dt` s: where the grip frame shall be, and what the hand shall do.
+    /// Goes on by `dt` s: where the grip frame is to be, and what the hand shall do.
     pub fn update(&mut self, senses: &Senses, dt: f64) -> (Pose, HandCommand) {
         let Some(step) = self.queue.front().copied() else { return (self.goal, self.hand) };
         let up = self.world_from_dock.rotation * Vector3::z();

@@ -16,7 +16,7 @@ pub trait Mapping: Send + Sync {
     fn kind(&self) -> &'static str;
 }
 
-/// A wished pen-tip contact point.
+/// A desired pen-tip contact point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceTarget {
     /// World position on the surface, m.
@@ -25,7 +25,7 @@ pub struct SurfaceTarget {
     pub normal: Vector3<f64>,
     /// The same point on the sheet, m.
     pub sheet: Point2<f64>,
-    /// Wished width of the line there, m; `None` where the pen's own is wished.
+    /// Desired width of the line there, m; `None` where the pen's own is desired.
     #[serde(default)]
     pub width: Option<f64>,
 }
@@ -50,7 +50,7 @@ pub struct SurfaceLayer {
     pub strokes: Vec<SurfaceStroke>,
 }
 
-/// A drawing laid on a surface: the wished line.
+/// A drawing laid on a surface: the desired line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceDrawing {
     /// One layer per ink.

@@ -1,4 +1,4 @@
-//! As much of a drawing as there is surface for: how a wished line lies on a true canvas that has gaps and steps.
+//! As much of a drawing as there is surface for: how a desired line lies on a true canvas that has gaps and steps.
 use nalgebra::Point2;
 
 use super::mapped::{Mapping, SurfaceDrawing, SurfaceLayer, SurfaceStroke, SurfaceTarget};

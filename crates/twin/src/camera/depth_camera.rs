@@ -217,8 +217,8 @@ mod tests {
             let mut heights = Running::default();
             // a ray's error along z is the depth's own
             cloud.points.iter().for_each(|p| heights.push(p.z));
-            let wished = camera.depth_deviation(height);
-            assert!((heights.sd() / wished - 1.0).abs() < 0.1, "{} {wished}", heights.sd());
+            let desired = camera.depth_deviation(height);
+            assert!((heights.sd() / desired - 1.0).abs() < 0.1, "{} {desired}", heights.sd());
         }
     }
 

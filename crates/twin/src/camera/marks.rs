@@ -90,8 +90,8 @@ mod tests {
         let marks = found(&[], 0.0, &ScanOptions::default(), 1);
         assert_eq!(marks.len(), 4);
         for m in marks {
-            let wished = Point3::new(m.on_sheet.x + 0.02, m.on_sheet.y + 0.01, 0.0);
-            assert!((m.position - wished).norm() < 1e-9, "{}", m.position);
+            let desired = Point3::new(m.on_sheet.x + 0.02, m.on_sheet.y + 0.01, 0.0);
+            assert!((m.position - desired).norm() < 1e-9, "{}", m.position);
         }
     }
 

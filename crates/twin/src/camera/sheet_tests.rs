@@ -105,9 +105,9 @@ fn bumps_and_domes_are_found_by_their_shape() {
     // both stand 5 mm off; bumps show less of it than a dome does
     let bumps = (column(0.006), shifted(0.0, 0.004, 0.003), 8e-4);
     let dome = (dome(), shifted(0.004, 0.003, 0.0), 3e-4);
-    for (nominal, by, wished) in [bumps, dome] {
+    for (nominal, by, desired) in [bumps, dome] {
         let sheets = scanned(&nominal, &by, false, &Placement::default());
-        assert!(sheets.off()[1] < wished, "{}: {} m", nominal.name, sheets.off()[1]);
+        assert!(sheets.off()[1] < desired, "{}: {} m", nominal.name, sheets.off()[1]);
     }
 }
 

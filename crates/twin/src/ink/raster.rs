@@ -229,9 +229,9 @@ mod tests {
         // Two sectors and a trapezium, joined where the common tangents touch; `lean` is the tangents' slope.
         let lean = ((b - a) / length).asin();
         let half = std::f64::consts::FRAC_PI_2;
-        let wished = a * a * (half - lean) + b * b * (half + lean) + (a + b) * length * lean.cos();
+        let desired = a * a * (half - lean) + b * b * (half + lean) + (a + b) * length * lean.cos();
         let got = area(&picture(vec![cone]), BLUE, 16.0);
-        assert!((got / wished - 1.0).abs() < 0.005, "{got} mm^2 of {wished}");
+        assert!((got / desired - 1.0).abs() < 0.005, "{got} mm^2 of {desired}");
     }
 
     #[test]
@@ -242,9 +242,9 @@ mod tests {
                 (0..=400).map(|i| (f64::from(i) / 200.0 - 1.0, 0.013)).map(|(t, o)| (t * dx + o, t * dy)).collect();
             let options = RasterOptions::with_long_side(0.1, 0.1, 1000);
             let image = rasterise(&trace(vec![stroke(1, width, &points)]), &options).unwrap();
-            let wished = 80.0 * width + std::f64::consts::FRAC_PI_4 * width * width;
+            let desired = 80.0 * width + std::f64::consts::FRAC_PI_4 * width * width;
             let got = area(&image, BLUE, options.px_per_mm);
-            assert!((got / wished - 1.0).abs() < 0.005, "{width} mm at {angle} rad: {got} mm^2 of {wished}");
+            assert!((got / desired - 1.0).abs() < 0.005, "{width} mm at {angle} rad: {got} mm^2 of {desired}");
         }
     }
 

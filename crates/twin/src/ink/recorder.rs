@@ -145,7 +145,7 @@ impl InkRecorder {
     }
 
     /// Leaves the nib in the open for `time` s.
-    pub fn let_dry(&mut self, time: f64) {
+    pub fn advance_drying(&mut self, time: f64) {
         self.state.open += time;
     }
 
@@ -381,7 +381,7 @@ mod tests {
             for i in 0..open {
                 r.step(DT, f64::from(i) * DT, None, STROKE, flat);
             }
-            r.let_dry(waited);
+            r.advance_drying(waited);
             if cap {
                 r.cap();
             }

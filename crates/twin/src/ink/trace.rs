@@ -27,7 +27,7 @@ pub struct InkPoint {
 pub struct InkStroke {
     /// Index into [`InkTrace::inks`].
     pub ink: u32,
-    /// The stroke that was being drawn; `None` is ink where none was wished.
+    /// The stroke that was being drawn; `None` is ink where none was desired.
     pub stroke: Option<StrokeId>,
     /// Index of the arm that drew it.
     pub arm: u32,

@@ -1,11 +1,11 @@
-//! The wished line on a canvas that isn't as it was meant: carried onto it from the one that was.
+//! The desired line on a canvas that isn't as it was meant: carried onto it from the one that was.
 use nalgebra::{Point2, Point3};
 
 use super::TrueCanvas;
 use crate::mesh::{SurfacePoint, TriMesh};
 use crate::surface::{Canvas, Mapping};
 
-/// A mapping of the canvas as it was meant, carried onto the reshaped one along the normals of the first: a wished point keeps its place on
+/// A mapping of the canvas as it was meant, carried onto the reshaped one along the normals of the first: a desired point keeps its place on
 /// the object, and moves in or out with the surface.
 pub struct Carried {
     meant: Box<dyn Mapping>,
@@ -65,8 +65,8 @@ mod tests {
             let sheet = Point2::new(x, y);
             let at = carried.to_surface(&sheet).unwrap().position;
             // a larger ball about the same centre: all in proportion, but for the facets
-            let wished = Point3::new(x, y, (0.15f64.powi(2) - x * x - y * y).sqrt()).coords * (0.16 / 0.15);
-            assert!((at.coords - wished).norm() < 5e-5, "{at} {wished}");
+            let desired = Point3::new(x, y, (0.15f64.powi(2) - x * x - y * y).sqrt()).coords * (0.16 / 0.15);
+            assert!((at.coords - desired).norm() < 5e-5, "{at} {desired}");
             assert!((carried.to_sheet(&at).unwrap() - sheet).norm() < 5e-5);
         }
         assert!(carried.to_surface(&Point2::new(0.3, 0.0)).is_none());

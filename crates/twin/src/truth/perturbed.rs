@@ -118,7 +118,7 @@ pub enum TruthError {
 }
 
 /// The true canvas: the nominal one with all that `options` say, drawn from `seed`. Shape comes first (relief, dents, boards), then
-/// scale and place. The sheet goes with the canvas: the drawing is wished on the object, wherever that is.
+/// scale and place. The sheet goes with the canvas: the drawing is desired on the object, wherever that is.
 ///
 /// # Errors
 /// A relief that folds the surface, dents without a place, and whatever a mesh can be refused for.
@@ -300,8 +300,8 @@ mod tests {
             let (low, high) = dome().mesh.bounds();
             let middle = nalgebra::center(&low, &high);
             let rotation = UnitQuaternion::from_euler_angles(0.0, 0.1, 0.2);
-            let wished = middle + Vector3::new(0.01, -0.02, 0.03) + rotation * ((on_nominal - middle) * 1.05);
-            assert!((on_truth - wished).norm() < 1e-9, "{on_truth} {wished}");
+            let desired = middle + Vector3::new(0.01, -0.02, 0.03) + rotation * ((on_nominal - middle) * 1.05);
+            assert!((on_truth - desired).norm() < 1e-9, "{on_truth} {desired}");
         }
         assert!((report.scale, report.offset.z) == (0.05, 0.03) && report.turn > 0.2);
     }

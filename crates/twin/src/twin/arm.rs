@@ -229,7 +229,7 @@ impl ArmState {
         self.layer = layer;
     }
 
-    /// Goes on as `arm` with the pen of `layer`: the same arm with something else in its hand, told to stand at `desired`.
+    /// Goes on as `arm` with the pen of `layer`: the same arm with something else in its hand, commanded to stand at `desired`.
     pub(crate) fn take_in_hand(&mut self, arm: TwinArm, desired: JointVector, layer: usize, pens: &[LayerPen]) {
         self.take_pen(layer, pens);
         self.recorder.cap();
@@ -247,8 +247,8 @@ impl ArmState {
     }
 
     /// The pen has been in the open for `time` s more.
-    pub(crate) fn let_dry(&mut self, time: f64) {
-        self.recorder.let_dry(time);
+    pub(crate) fn advance_drying(&mut self, time: f64) {
+        self.recorder.advance_drying(time);
     }
 
     /// Adds `correction` to the desired joints until it is set anew, rad.

@@ -143,8 +143,8 @@ impl RapierPlant {
         let a = &self.arms[arm];
         let Some((multibody, _)) = w.multibody_joints.get_mut(a.joint) else { return };
         let mut displacement = vec![0.0; multibody.ndofs()];
-        for i in 0..a.kinds.len() {
-            displacement[i] = joints.q[i] - self.states[arm].q[i];
+        for (i, d) in displacement.iter_mut().enumerate().take(a.kinds.len()) {
+            *d = joints.q[i] - self.states[arm].q[i];
         }
         multibody.apply_displacements(&displacement);
         for i in 0..a.kinds.len() {

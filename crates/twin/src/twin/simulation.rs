@@ -66,7 +66,7 @@ pub struct Ended {
     pub overloaded: bool,
     /// What was desired last: the next motion should go on from here.
     pub reference: Reference,
-    /// Touches, in time order; empty unless the arm was told to feel.
+    /// Touches, in time order; empty unless the arm is asked to feel.
     pub felt: Vec<Felt>,
 }
 
@@ -245,7 +245,7 @@ impl Simulation {
         let time = self.time();
         let kind = EventKind::Segment { kind: SegmentKind::Wait };
         self.log.events.push(Event { time, arm: self.index(), stroke: None, kind });
-        self.state.arm.let_dry(steps as f64 * self.options.dt);
+        self.state.arm.advance_drying(steps as f64 * self.options.dt);
         self.state.step = step;
     }
 

@@ -95,7 +95,7 @@ impl Simulation {
         let mut record = held.bring_back(&gripper).map_err(|e| self.broke(e))?;
         record.handover = handover;
         if record.succeeded {
-            record.seat_gap = Some(held.from_seat(&gripper));
+            record.seat_gap = Some(held.distance_from_seat(&gripper));
         }
         self.note(&mut record, EventKind::PenReturned { ink: self.scene.pens[place.layer].ink.clone() });
         self.state.docks[place.dock].world_from_tool = Some(held.world().world_from_tool());
@@ -121,7 +121,7 @@ impl Simulation {
         let Some(gripper) = self.gripper.clone() else { return Ok(()) };
         let broken = |source| TwinError::Grasp { arm: arm.clone(), source };
         let Some(held) = &mut self.state.held else { return Ok(()) };
-        held.world_mut().led_to(desired);
+        held.world_mut().restart_at(desired);
         held.fall(ground, FALL).map_err(broken)?;
         let ink = self.scene.pens[held.place().layer].ink.clone();
         let snapshot: Snapshot = held.lost(&gripper, held.since_fetch(time) + FALL);
@@ -134,7 +134,7 @@ impl Simulation {
     /// Where the tool is that the hand holds or last had to do with.
     pub fn tool_ending(&self) -> Option<ToolEnding> {
         let (held, gripper) = (self.state.held.as_ref()?, self.gripper.as_ref()?);
-        let dropped = held.from_seat(gripper) > LEFT && held.in_hand(gripper) > LEFT;
+        let dropped = held.distance_from_seat(gripper) > LEFT && held.in_hand(gripper) > LEFT;
         Some(ToolEnding { place: held.place(), world_from_tool: held.world().world_from_tool(), dropped })
     }
 

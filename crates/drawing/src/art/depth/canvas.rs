@@ -111,7 +111,7 @@ impl Canvas {
     }
 
     /// By how much a pixel's difference would fall if an ink covered it.
-    pub fn wish(&self, pixel: usize, ink: usize) -> f32 {
+    pub fn pixel_gain(&self, pixel: usize, ink: usize) -> f32 {
         let covered = washed(self.paper.light[pixel], self.through[ink], 1.0);
         self.difference[pixel] - difference(covered, self.target[pixel])
     }

@@ -142,8 +142,8 @@ fn size(
     let long = picture.width().max(picture.height()) as f64;
     let multiple = options.multiple.clamp(1, 1024);
     let free = |side: usize| {
-        let wished = side as f64 / long * options.side.clamp(1, 8192) as f64 / multiple as f64;
-        (wished.round() as usize).max(1) * multiple
+        let desired = side as f64 / long * options.side.clamp(1, 8192) as f64 / multiple as f64;
+        (desired.round() as usize).max(1) * multiple
     };
     let (mut width, mut height) = (free(picture.width()), free(picture.height()));
     let Some(shape) = shape else { return Ok((width, height)) };

@@ -103,9 +103,9 @@ impl<'a> Painter<'a> {
 
     /// Chooses the strokes.
     pub fn paint(&mut self) -> Vec<Planned> {
-        let wish: f64 = self.canvas.difference().iter().map(|d| f64::from(*d)).sum();
+        let total: f64 = self.canvas.difference().iter().map(|d| f64::from(*d)).sum();
         // what a stroke must gain to be worth one of the budget
-        let floor = 0.02 * wish / self.options.strokes as f64;
+        let floor = 0.02 * total / self.options.strokes as f64;
         self.outlines(floor);
         for pass in 0..self.options.passes.len() {
             self.pass(pass, pass, floor);
@@ -260,7 +260,7 @@ impl<'a> Painter<'a> {
         let (flat, semantics) = (self.flat, self.semantics);
         let ink = usize::from(flat.labels[pixel]);
         let segment = semantics.labels()[pixel];
-        if self.canvas.wish(pixel, ink) <= 0.0 {
+        if self.canvas.pixel_gain(pixel, ink) <= 0.0 {
             return None;
         }
         let width = flat.width();
@@ -286,7 +286,7 @@ impl<'a> Painter<'a> {
                 labels[i] == segment
                     && usize::from(flat.labels[i]) == ink
                     && f64::from(room[i]) > 0.5 * habit.radius.min(radius) - 0.5
-                    && canvas.wish(i, ink) > 0.0
+                    && canvas.pixel_gain(i, ink) > 0.0
             };
             let at = Point2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
             let spine = grow(&self.form, at, width, flat.height(), &habit, welcome);

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_stays_within_the_wished_number() {
+    fn noise_stays_within_the_desired_number() {
         let lab: Vec<[f32; 3]> = (0..64 * 64).map(|i| [((i * 48_271) % 65_537) as f32 / 65_537.0, 0.0, 0.0]).collect();
         let found = regions(&lab, 64, &RegionOptions { smallest: 0.0, ..RegionOptions::default() });
         assert!(*found.iter().max().unwrap() < 20);

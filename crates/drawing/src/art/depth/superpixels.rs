@@ -14,7 +14,7 @@ const NONE: u32 = u32::MAX;
 /// How superpixels are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlicOptions {
-    /// Wished number of superpixels in the picture.
+    /// Desired number of superpixels in the picture.
     pub count: usize,
     /// Weight of the distance in the plane against the distance in colour: 1 follows the finest edges, 40 gives squares.
     pub compactness: f32,
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn superpixels_keep_to_an_edge_and_are_as_many_as_wished() {
+    fn superpixels_keep_to_an_edge_and_are_as_many_as_desired() {
         let (width, height) = (120, 90);
         let lab: Vec<[f32; 3]> =
             (0..width * height).map(|i| if i % width < 47 { [0.2, 0.0, 0.0] } else { [0.8, 0.0, 0.05] }).collect();

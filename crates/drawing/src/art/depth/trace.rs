@@ -44,8 +44,8 @@ pub(super) fn grow(
         let (mut points, mut p, mut way) = (Vec::new(), seed, way);
         // each way may take half the length
         for _ in 0..(0.5 * habit.longest / step) as usize {
-            let wished = form.direction(&p, &way).unwrap_or(way);
-            way = (habit.curvature * wished + (1.0 - habit.curvature) * way).try_normalize(1e-9).unwrap_or(way);
+            let desired = form.direction(&p, &way).unwrap_or(way);
+            way = (habit.curvature * desired + (1.0 - habit.curvature) * way).try_normalize(1e-9).unwrap_or(way);
             p += step * way;
             // the brush is round: its end reaches beyond its middle
             let end = p + 0.6 * habit.radius * way;
@@ -75,10 +75,10 @@ pub(super) fn outline_strokes(
     let inside = |x: usize, y: usize| usize::from(semantics.labels()[y * width + x]) == segment;
     let mut strokes = Vec::new();
     for outline in outlines(width, height, inside, SMOOTHING) {
-        let wish = wishes(&outline, flat, lines);
+        let intent = intents(&outline, flat, lines);
         let longest = (LONGEST * (width + height) as f64) as usize;
-        for (wish, run) in runs(&wish, outline.closed, longest) {
-            if let Some((ink, outwards)) = wish.filter(|_| run.len() >= SHORTEST) {
+        for (intent, run) in runs(&intent, outline.closed, longest) {
+            if let Some((ink, outwards)) = intent.filter(|_| run.len() >= SHORTEST) {
                 let shift = 0.5 * lines[ink] * if outwards { -1.0 } else { 1.0 };
                 let line: Vec<Point2<f64>> =
                     run.iter().map(|i| outline.points[*i] + shift * outline.inward[*i]).collect();
@@ -90,10 +90,10 @@ pub(super) fn outline_strokes(
 }
 
 /// An ink, and whether it lies outside the outline.
-type Wish = Option<(usize, bool)>;
+type Intent = Option<(usize, bool)>;
 
 /// What ink each point of an outline wants: the commonest in its surroundings along the outline.
-fn wishes(outline: &Outline, flat: &Flat, lines: &[f64]) -> Vec<Wish> {
+fn intents(outline: &Outline, flat: &Flat, lines: &[f64]) -> Vec<Intent> {
     let look = |i: usize, side: f64| {
         let found = [1.0, 2.0, 3.0].into_iter().find_map(|depth| {
             let p = outline.points[i] + side * depth * outline.inward[i];
@@ -103,7 +103,7 @@ fn wishes(outline: &Outline, flat: &Flat, lines: &[f64]) -> Vec<Wish> {
         });
         found.map(|ink| (ink, side < 0.0))
     };
-    let raw: Vec<Wish> = (0..outline.points.len()).map(|i| look(i, 1.0).or_else(|| look(i, -1.0))).collect();
+    let raw: Vec<Intent> = (0..outline.points.len()).map(|i| look(i, 1.0).or_else(|| look(i, -1.0))).collect();
     let n = raw.len();
     let around = |i: usize| {
         let at = |k: usize| {
@@ -114,7 +114,7 @@ fn wishes(outline: &Outline, flat: &Flat, lines: &[f64]) -> Vec<Wish> {
                 raw.get((i + k).checked_sub(WINDOW)?).copied()
             }
         };
-        let mut votes: Vec<(Wish, usize)> = Vec::new();
+        let mut votes: Vec<(Intent, usize)> = Vec::new();
         for w in (0..=2 * WINDOW).filter_map(at) {
             match votes.iter_mut().find(|v| v.0 == w) {
                 Some(v) => v.1 += 1,
@@ -126,24 +126,24 @@ fn wishes(outline: &Outline, flat: &Flat, lines: &[f64]) -> Vec<Wish> {
     (0..n).map(around).collect()
 }
 
-/// Runs of points of one wish, each at most so long.
-fn runs(wish: &[Wish], closed: bool, longest: usize) -> Vec<(Wish, Vec<usize>)> {
-    let n = wish.len();
-    // a closed outline is cut where the wish changes
-    let cut = if closed { (0..n).find(|i| wish[*i] != wish[(i + n - 1) % n]) } else { Some(0) };
+/// Runs of points of one intent, each at most so long.
+fn runs(intent: &[Intent], closed: bool, longest: usize) -> Vec<(Intent, Vec<usize>)> {
+    let n = intent.len();
+    // a closed outline is cut where the intent changes
+    let cut = if closed { (0..n).find(|i| intent[*i] != intent[(i + n - 1) % n]) } else { Some(0) };
     let whole = cut.is_none();
     let cut = cut.unwrap_or(0);
-    let mut runs: Vec<(Wish, Vec<usize>)> = Vec::new();
+    let mut runs: Vec<(Intent, Vec<usize>)> = Vec::new();
     for k in 0..n {
         let i = (cut + k) % n;
         match runs.last_mut() {
-            Some((w, run)) if *w == wish[i] && run.len() < longest.max(2) => run.push(i),
+            Some((w, run)) if *w == intent[i] && run.len() < longest.max(2) => run.push(i),
             // pieces of one ink share the point where they meet
-            Some((w, run)) if *w == wish[i] => {
+            Some((w, run)) if *w == intent[i] => {
                 let joint = run[run.len() - 1];
-                runs.push((wish[i], vec![joint, i]));
+                runs.push((intent[i], vec![joint, i]));
             }
-            _ => runs.push((wish[i], vec![i])),
+            _ => runs.push((intent[i], vec![i])),
         }
     }
     if whole && let Some((_, run)) = runs.last_mut() {

@@ -1,4 +1,4 @@
-//! The working canvas: light on paper under transparent inks, and how far it is from the wished picture.
+//! The working canvas: light on paper under transparent inks, and how far it is from the desired picture.
 use rayon::prelude::*;
 
 use crate::art::wash::{Wash, washed};
@@ -27,14 +27,14 @@ pub(super) fn perceived(light: [f32; 3]) -> Oklab {
     [l, CHROMA * a, CHROMA * b]
 }
 
-/// The canvas `C` and the wished picture `I` of equation 4.1.
+/// The canvas `C` and the desired picture `I` of equation 4.1.
 #[derive(Clone)]
 pub(super) struct Canvas {
     pub width: usize,
     pub height: usize,
     /// Linear light of each pixel.
     pub light: Vec<[f32; 3]>,
-    /// What each pixel is wished to look like.
+    /// What each pixel is desired to look like.
     target: Vec<Oklab>,
     /// `|I - C|^2` of each pixel.
     error: Vec<f32>,
@@ -46,12 +46,12 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// Bare paper, of which this picture is wished, and inks to draw it with.
+    /// Bare paper, of which this picture is desired, and inks to draw it with.
     pub fn new(picture: &Picture, washes: Vec<Wash>, regret: f32) -> Self {
         let paper = PAPER.0.map(|v| linear_from_srgb(v) as f32);
         // Nothing is lighter than paper: what asks for more is served by the paper.
-        let wished = |p: &[f32; 3]| perceived(std::array::from_fn(|k| p[k].clamp(0.0, paper[k])));
-        let target: Vec<_> = picture.pixels.par_iter().map(wished).collect();
+        let desired = |p: &[f32; 3]| perceived(std::array::from_fn(|k| p[k].clamp(0.0, paper[k])));
+        let target: Vec<_> = picture.pixels.par_iter().map(desired).collect();
         let light = vec![paper; target.len()];
         let error = light.iter().zip(&target).map(|(l, t)| oklab_difference2(perceived(*l), *t)).collect();
         let mut worths = vec![0.0; light.len() * washes.len()];

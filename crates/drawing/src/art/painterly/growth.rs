@@ -232,11 +232,11 @@ impl Brush<'_> {
                 points.push(p);
                 let flow = rotation * layer.flow.direction(p);
                 let along = if flow.dot(&heading) < 0.0 { -flow } else { flow };
-                let wish = (habits.curvature * along + (1.0 - habits.curvature) * heading).normalize();
-                heading = if heading.dot(&wish) >= cos {
-                    wish
+                let turned = (habits.curvature * along + (1.0 - habits.curvature) * heading).normalize();
+                heading = if heading.dot(&turned) >= cos {
+                    turned
                 } else {
-                    cos * heading + sin.copysign(heading.perp(&wish)) * Vector2::new(-heading.y, heading.x)
+                    cos * heading + sin.copysign(heading.perp(&turned)) * Vector2::new(-heading.y, heading.x)
                 };
             }
             points

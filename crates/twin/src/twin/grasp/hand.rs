@@ -178,7 +178,7 @@ impl Hand {
         self.command = command;
     }
 
-    /// What it was told last.
+    /// What it was commanded last.
     pub fn commanded(&self) -> HandCommand {
         self.command
     }

@@ -56,7 +56,7 @@ pub struct Held {
 }
 
 impl Held {
-    /// A hand that comes for a tool: the arm goes on from `joints`, told to stand at `desired`. Also how far the world of the grasp
+    /// A hand that comes for a tool: the arm goes on from `joints`, commanded to stand at `desired`. Also how far the world of the grasp
     /// begins from there.
     pub(crate) fn begin(
         gripper: &TrueGripper,
@@ -121,13 +121,13 @@ impl Held {
         Ok(ChangeRecord { place: self.place, count: self.count, ..record })
     }
 
-    /// The arm comes back with the tool, moved meanwhile by another plant or by this world itself: it goes on from `joints`, told to
+    /// The arm comes back with the tool, moved meanwhile by another plant or by this world itself: it goes on from `joints`, commanded to
     /// stand at `desired`, with the tool in the hand as it was.
     pub(crate) fn meet(&mut self, joints: &MeasuredState, desired: &JointVector, led: bool) -> Handover {
         if !led {
             self.world.carry_to(joints);
         }
-        self.world.led_to(*desired);
+        self.world.restart_at(*desired);
         Handover::between(joints, self.world.state())
     }
 
@@ -179,7 +179,7 @@ impl Held {
         self.lost
     }
 
-    /// The tool falls on `ground` for `duration` s; the arm stands, and the hand does what it last was told.
+    /// The tool falls on `ground` for `duration` s; the arm stands, and the hand does what it was last commanded.
     pub(crate) fn fall(&mut self, ground: &[TriMesh], duration: f64) -> Result<(), GraspError> {
         ground.iter().try_for_each(|mesh| self.world.put_ground(mesh))?;
         let grip = self.world.world_from_grip();
@@ -212,7 +212,7 @@ impl Held {
     }
 
     /// How far the tool's nose is from where it stood in its dock, m.
-    pub(crate) fn from_seat(&self, gripper: &TrueGripper) -> f64 {
+    pub(crate) fn distance_from_seat(&self, gripper: &TrueGripper) -> f64 {
         let tool = &gripper.kit().set.tool;
         let nose = Point3::new(tool.nose.axis, 0.0, tool.nose_end());
         (self.world.world_from_tool() * nose - self.seat * nose).norm()

@@ -193,12 +193,12 @@ impl GraspWorld {
         self.hand.command(*command);
     }
 
-    /// What the hand was told last.
+    /// What the hand was commanded last.
     pub fn commanded(&self) -> HandCommand {
         self.hand.commanded()
     }
 
-    /// One step of [`DT`] under joint torques (N m) and a force on the tool, the hand as it was last told; `k` are the arm's
+    /// One step of [`DT`] under joint torques (N m) and a force on the tool, the hand as last commanded; `k` are the arm's
     /// kinematics now.
     ///
     /// # Errors
@@ -265,8 +265,8 @@ impl GraspWorld {
         self.plant.state(0)
     }
 
-    /// Takes it that these joints (rad), at rest, were wished last: something else has led the arm there.
-    pub fn led_to(&mut self, desired: JointVector) {
+    /// Takes it that these joints (rad), at rest, were desired last: something else has led the arm there.
+    pub fn restart_at(&mut self, desired: JointVector) {
         (self.desired, self.desired_qd) = (desired, JointVector::zeros());
     }
 
