@@ -9,9 +9,12 @@
 
 // A crate for each concept: what is known and what is true can't be mixed up. One set of paths.
 pub use calamus_drawing::{art, drawing, picture, tour};
-pub use calamus_geometry::{diagnostic, math, mesh};
+pub use calamus_geometry::{diagnostic, files, math, mesh};
 pub use calamus_robot::{control, pen, plan, reconstruct, robot, skill, surface, tool};
 pub use calamus_twin::{camera, ink, truth, twin};
+
+/// Names this build: a digest of its sources and of the compiler.
+pub const BUILD: &str = env!("CALAMUS_BUILD");
 
 pub mod artwork;
 pub mod exec;

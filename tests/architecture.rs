@@ -270,3 +270,28 @@ fn the_reader_of_this_test_sees_groups_and_paths() {
         "a \nb\n"
     );
 }
+
+/// Files that may open files by themselves: the door for inputs, and what the program keeps for itself.
+const OPENERS: [&str; 5] =
+    ["files/mod.rs", "exec/journal.rs", "experiment/journal.rs", "report/output.rs", "reach/mod.rs"];
+
+#[test]
+fn input_files_are_read_through_one_door() {
+    let mut wrong = Vec::new();
+    for Source { file, text, .. } in sources() {
+        if OPENERS.iter().any(|o| file == Path::new(o)) {
+            continue;
+        }
+        let code = code(&file, &text);
+        for way in ["fs::read", "File::open", "File::options", "OpenOptions", "read_dir", "load_file", "include_dir"] {
+            if code.contains(way) {
+                wrong.push(format!("{}: {way}", file.display()));
+            }
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "read input files by `files`, so that results know what they depend on:\n{}",
+        wrong.join("\n")
+    );
+}

@@ -11,6 +11,7 @@ use crate::art::{
     TspOptions, dot_art, edges, hatching, painterly, tsp_art,
 };
 use crate::drawing::Size;
+use crate::files;
 use crate::math::PAPER;
 use crate::picture::{
     CmykOptions, Dither, Flat, Ink, Palette, PaletteMethod, PaperRule, Picture, Plane, ReadOptions, Tone, ToneCurve,
@@ -298,7 +299,7 @@ fn areas(flat: &Flat) -> Vec<Tone> {
 
 fn text_of(file: &Path) -> Result<String, ArtworkError> {
     let io = |source| SemanticsError::Io { file: file.to_path_buf(), source };
-    Ok(std::fs::read_to_string(file).map_err(io)?)
+    Ok(files::read_text(file).map_err(io)?)
 }
 
 /// The artwork with these plates before its own.

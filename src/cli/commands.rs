@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use crate::exec::StopFlag;
 use crate::experiment::ExperimentError;
+use crate::files;
 use crate::reach::ReachError;
 use crate::report::{OutputDir, OutputError, summary};
 use crate::run::{self, Manner, Outcome, RunError, Until};
@@ -156,7 +157,7 @@ struct Described {
 fn about(file: &Path) -> String {
     let described = crate::diagnostic::read::<Described>(file).ok().and_then(|d| d.description);
     let comment = || {
-        let text = std::fs::read_to_string(file).ok()?;
+        let text = files::read_text(file).ok()?;
         text.lines().next()?.strip_prefix('#').map(|c| c.trim().to_string())
     };
     let about = described.or_else(comment).unwrap_or_else(|| file.display().to_string());

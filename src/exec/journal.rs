@@ -41,12 +41,14 @@ pub enum JournalError {
     },
     /// It is another run's.
     #[error(
-        "{}: the run that was interrupted here had other settings, other files or another build of the program; run without --resume",
+        "{}: {changed} has changed since the run was interrupted here; run without --resume",
         folder.display()
     )]
     OtherRun {
         /// The folder.
         folder: PathBuf,
+        /// The first thing that is not as it was.
+        changed: String,
     },
 }
 
@@ -57,7 +59,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// A journal of a run that begins anew. `key` tells the run from others.
+    /// A journal of a run that begins anew. `key` tells the run from others: a line `NAME: VALUE` for each thing that it depends on.
     ///
     /// # Errors
     /// The folder can't be made.
@@ -77,7 +79,15 @@ impl Journal {
         let journal = Self { folder: folder.to_path_buf() };
         match fs::read(folder.join("run.key")) {
             Ok(was) if was == key.as_bytes() => Ok(journal),
-            Ok(_) => Err(JournalError::OtherRun { folder: folder.to_path_buf() }),
+            Ok(was) => {
+                let was = String::from_utf8_lossy(&was);
+                let known: Vec<&str> = was.lines().collect();
+                // a line that is new, or else one that is gone
+                let gone = || known.iter().copied().find(|l| key.lines().all(|k| k != *l));
+                let changed = key.lines().find(|l| !known.contains(l)).or_else(gone);
+                let changed = changed.and_then(|l| l.rsplit_once(": ")).map_or("what it depends on", |(name, _)| name);
+                Err(JournalError::OtherRun { folder: folder.to_path_buf(), changed: changed.to_string() })
+            }
             Err(_) => Err(JournalError::Nothing { folder: folder.to_path_buf() }),
         }
     }

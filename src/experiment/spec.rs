@@ -7,8 +7,10 @@ use rand_chacha::rand_core::Rng as _;
 use serde_json::{Map, Value};
 
 use crate::diagnostic::{self, ConfigError};
+use crate::files;
 use crate::math::{Digest, stream};
-use crate::scenario::{Artwork, AssetKind, Assets, Override, Scenario, ScenarioError};
+use crate::run::Inputs;
+use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError};
 
 use super::ExperimentError;
 use super::accept::Accept;
@@ -308,11 +310,11 @@ impl Experiment {
     }
 
     /// Resolves the scenario of every trial whose values differ from those before, and digests what trials depend on: the program's
-    /// version, the experiment but for its name and what is made of results, the base scenario, and the files that scenarios name.
+    /// build, the experiment but for its name and what is made of results, the base scenario, and all files that are read.
     fn check_trials(&self) -> Result<String, ExperimentError> {
         let mut digest = Digest::new();
-        digest.bytes(env!("CARGO_PKG_VERSION").as_bytes()).bytes(self.base_text.as_bytes());
-        let mut files: Vec<PathBuf> = Vec::new();
+        digest.bytes(crate::BUILD.as_bytes()).bytes(self.base_text.as_bytes());
+        let mut inputs = Inputs::default();
         for index in 0..self.total() {
             let trial = self.trial(index)?;
             digest.bytes(&trial.seed.to_le_bytes()).bytes(self.cases[trial.case].name.as_bytes());
@@ -322,28 +324,21 @@ impl Experiment {
             // repeats without draws differ in their seed alone
             if trial.repeat == 0 || !trial.draws.is_empty() {
                 let scenario = self.scenario(&trial)?;
-                let artwork = match scenario.drawing.artwork {
-                    Artwork::File(file) => Some(file),
-                    Artwork::Picture(picture) => Some(picture.file),
-                    Artwork::Pattern(_) => None,
-                };
-                let named = [scenario.robot, scenario.canvas.scene, scenario.pen.kind];
-                for file in named.into_iter().chain(scenario.pen.inks.into_values()).chain(artwork) {
-                    if !files.contains(&file) {
-                        let bytes = std::fs::read(&file)
-                            .map_err(|source| ExperimentError::Io { file: file.clone(), source })?;
-                        digest.bytes(&(bytes.len() as u64).to_le_bytes()).bytes(&bytes);
-                        files.push(file);
-                    }
-                }
+                inputs.add(&scenario).map_err(|source| ExperimentError::Run { trial: index, source })?;
             }
         }
+        // the files may have moved: what is in them counts
+        let mut contents: Vec<&String> = inputs.files().values().collect();
+        contents.sort();
+        contents.into_iter().for_each(|c| {
+            digest.bytes(c.as_bytes());
+        });
         Ok(digest.hex())
     }
 }
 
 fn read_text(file: &Path) -> Result<String, ConfigError> {
-    std::fs::read_to_string(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })
+    files::read_text(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })
 }
 
 type Bad<'a> = dyn Fn(Section, &str, String) -> ConfigError + 'a;

@@ -9,6 +9,7 @@ use super::setup::Setup;
 use super::{Part, RunError, Until};
 use crate::artwork::{self, Made};
 use crate::drawing::Drawing;
+use crate::exec::Journal;
 use crate::math::Digest;
 use crate::measure::{BeliefMetrics, DrawingMetrics, Laid, MappingMetrics};
 use crate::mesh::TriMesh;
@@ -92,6 +93,7 @@ pub(super) fn believe(
     prepared: Prepared,
     setup: &Setup,
     until: Until,
+    journal: Option<&Journal>,
     progress: &dyn Progress,
 ) -> Result<Believed, RunError> {
     progress.stage("mapping", None);
@@ -108,7 +110,7 @@ pub(super) fn believe(
     }
     believed.mapped = Some(lay(scenario, &believed, progress)?);
     if until >= Until::Plan {
-        believed.planning = Some(plan_all(scenario, setup, &believed, progress)?);
+        believed.planning = Some(plan_all(scenario, setup, &believed, journal, progress)?);
     }
     Ok(believed)
 }
@@ -147,7 +149,7 @@ impl Cache {
         let make = || {
             let prepared = prepare(scenario, None, progress)?;
             let setup = Setup::load(scenario, prepared.drawing.clone(), prepared.pens.clone())?;
-            believe(scenario, prepared, &setup, Until::End, progress)
+            believe(scenario, prepared, &setup, Until::End, None, progress)
         };
         let slot = self.slot(key(scenario)?);
         slot.get_or_init(|| make().map(Arc::new).map_err(Arc::new)).clone().map_err(RunError::Shared)

@@ -23,6 +23,14 @@ use crate::twin::TwinError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
+    /// A file that the scenario names can't be read.
+    #[error("{}: {source}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
     /// An output can't be written.
     #[error(transparent)]
     Output(#[from] OutputError),

@@ -3,6 +3,7 @@
 mod belief;
 mod error;
 mod evaluate;
+mod inputs;
 mod mapping;
 mod options;
 mod parked_arms;
@@ -23,18 +24,19 @@ use std::time::Instant;
 
 use crate::artwork;
 use crate::exec::{Journal, StopFlag};
-use crate::measure::{DrawingMetrics, Metrics, PlanMetrics};
+use crate::measure::{DrawingMetrics, Metrics};
 use crate::progress::Progress;
-use crate::report::{OutputDir, plan_json, plan_npy};
+use crate::report::OutputDir;
 use crate::scenario::{Scenario, Sketch};
 
 pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
+pub use inputs::Inputs;
 pub(crate) use parked_arms::{arm_index, solids};
 pub use part::{Part, PartError};
 
-use belief::{Believed, believe, prepare};
+use belief::{believe, prepare};
 use perform::perform;
 use products::Written;
 use setup::Setup;
@@ -100,12 +102,19 @@ pub fn run(
         return finish(metrics, written, out);
     }
     let setup = Setup::load(scenario, prepared.drawing.clone(), prepared.pens.clone())?;
-    let believed = believe(scenario, prepared, &setup, until, progress)?;
     if until < Until::End {
-        return unfinished(scenario, until, &setup, &believed, &sheet, &toml, written, out);
+        let believed = believe(scenario, prepared, &setup, until, None, progress)?;
+        let made = products::Products { scenario, setup: &setup, believed: &believed, sheet: &sheet, toml: &toml };
+        let metrics = made.write_unfinished(until, out, &mut written)?;
+        return finish(metrics, written, out);
     }
+    let journal = journal(scenario, manner, &toml, out)?;
+    let believed = believe(scenario, prepared, &setup, until, Some(&journal), progress).or_else(|error| {
+        // nothing moved: there is nothing to go on from
+        journal.remove()?;
+        Err(error)
+    })?;
     let silent = StopFlag::default();
-    let journal = journal(manner, &toml, out)?;
     let stop = manner.stop.unwrap_or(&silent);
     let performance = perform(scenario, &setup, &believed, Some(&journal), stop, progress)?;
     let (stopped, interrupted) = (performance.stopped.clone(), performance.interrupted);
@@ -118,58 +127,18 @@ pub fn run(
 }
 
 /// The journal of a run: where an interrupted one goes on, or a new one.
-fn journal(manner: &Manner, toml: &str, out: &OutputDir) -> Result<Journal, RunError> {
+fn journal(scenario: &Scenario, manner: &Manner, toml: &str, out: &OutputDir) -> Result<Journal, RunError> {
     let only = manner.only.as_ref().map_or_else(String::new, ToString::to_string);
-    let key = crate::math::Digest::new().bytes(toml.as_bytes()).bytes(only.as_bytes()).hex();
+    let digest = |text: &str| crate::math::Digest::new().bytes(text.as_bytes()).hex();
+    let mut inputs = Inputs::default();
+    inputs.add(scenario)?;
+    let mut key =
+        format!("the program: {}\nthe scenario: {}\nthe part: {}\n", crate::BUILD, digest(toml), digest(&only));
+    for (file, of_file) in inputs.files() {
+        key += &format!("{}: {of_file}\n", file.display());
+    }
     let folder: PathBuf = out.path().join(JOURNAL);
     Ok(if manner.resume { Journal::resume(&folder, &key)? } else { Journal::begin(&folder, &key)? })
-}
-
-/// Writes what there is of a scenario that isn't run to its end.
-#[allow(clippy::too_many_arguments, reason = "replaced below")]
-fn unfinished(
-    scenario: &Scenario,
-    until: Until,
-    setup: &Setup,
-    believed: &Believed,
-    sheet: &products::Sheet,
-    toml: &str,
-    mut written: Written,
-    out: &OutputDir,
-) -> Result<Outcome, RunError> {
-    let mut metrics = sheet.metrics(scenario, &believed.prepared)?;
-    metrics.belief = believed.belief_metrics();
-    metrics.mapping = believed.mapped.as_ref().map(|m| m.metrics.clone());
-    written.scenario(toml, out)?;
-    if let Some(scan) = &believed.scan {
-        scan.write(&believed.canvas, out, &mut written)?;
-    }
-    if let Some(mapped) = &believed.mapped {
-        products::write_laid(&mapped.laid, &mapped.field, &setup.drawing, out, &mut written)?;
-        if until == Until::Mapping {
-            let text = serde_json::to_vec(&mapped.strokes)?;
-            written
-                .other(out.write("mapped.json", &text)?, "Desired contact points and normals on the canvas, m, world");
-        }
-    }
-    if let Some(planning) = &believed.planning {
-        sheet.write(&believed.prepared, out, &mut written)?;
-        metrics.plan = Some(PlanMetrics::of(&planning.plan, &planning.reach, planning.seconds));
-        write_plan(setup, &planning.plan, out, &mut written)?;
-    }
-    finish(metrics, written, out)
-}
-
-/// Writes the segments and the joint paths of a plan.
-fn write_plan(setup: &Setup, plan: &crate::plan::Plan, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
-    let joints: Vec<Vec<String>> =
-        setup.cell.arms.iter().map(|a| a.model.joints.iter().map(|j| j.name.clone()).collect()).collect();
-    written.other(out.write("plan.json", plan_json(plan, &joints).as_bytes())?, "Segments of the planned motion");
-    for (arm, names) in plan.arms.iter().zip(&joints) {
-        let (name, bytes) = plan_npy(arm, names.len());
-        written.other(out.write(&name, &bytes)?, "Planned joint path, a NumPy array");
-    }
-    Ok(())
 }
 
 /// Reads, or makes, a drawing, and writes the desired lines, a preview of them and the figures.

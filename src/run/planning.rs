@@ -2,10 +2,13 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::belief::Believed;
 use super::setup::Setup;
 use super::{RunError, options, parked_arms};
+use crate::exec::Journal;
 use crate::math::Rgb;
 use crate::mesh::TriMesh;
 use crate::plan::{
@@ -15,7 +18,7 @@ use crate::progress::Progress;
 use crate::robot::ArmModel;
 use crate::scenario::{Scenario, ToolSettings};
 use crate::skill::GripperKit;
-use crate::surface::SurfaceDrawing;
+use crate::surface::{BelievedCanvas, SurfaceDrawing};
 
 /// Parts of planning that progress counts.
 const PARTS: f64 = 1000.0;
@@ -41,100 +44,129 @@ pub(super) struct Planning {
     pub seconds: f64,
 }
 
-/// Plans the drawing for all arms that draw.
+/// Plans the drawing for all arms that draw. What a journal has of an interrupted run isn't planned again.
 pub(super) fn plan_all(
     scenario: &Scenario,
     setup: &Setup,
     believed: &Believed,
+    journal: Option<&Journal>,
     progress: &dyn Progress,
 ) -> Result<Planning, RunError> {
     progress.stage("planning", Some(PARTS as u64));
     let started = Instant::now();
     let options = options::plan_options(scenario, &setup.pens);
-    let mut planning = match &scenario.tools {
-        Some(tools) => fetched(tools, setup, believed, &options, progress)?,
-        None => by_hand(setup, believed, &options, progress)?,
+    let drawing = believed.mapped.as_ref().map(|m| &m.strokes).ok_or(RunError::WhileDrawing)?;
+    let planner = Planner { setup, believed, drawing, options, journal, progress };
+    let planning = match &scenario.tools {
+        Some(tools) => planner.fetched(tools)?,
+        None => planner.by_hand()?,
     };
-    planning.seconds = started.elapsed().as_secs_f64();
-    Ok(planning)
+    Ok(Planning { seconds: started.elapsed().as_secs_f64(), ..planning })
 }
 
-/// The drawing on the believed canvas.
-fn strokes(believed: &Believed) -> Result<&SurfaceDrawing, RunError> {
-    believed.mapped.as_ref().map(|m| &m.strokes).ok_or(RunError::WhileDrawing)
+/// What one arm does and can't do.
+type Planned = (ArmPlan, ReachReport);
+
+/// What plans are made of.
+struct Planner<'a> {
+    setup: &'a Setup,
+    believed: &'a Believed,
+    /// The drawing on the believed canvas.
+    drawing: &'a SurfaceDrawing,
+    options: PlanOptions,
+    journal: Option<&'a Journal>,
+    progress: &'a dyn Progress,
 }
 
-fn by_hand(
-    setup: &Setup,
-    believed: &Believed,
-    options: &PlanOptions,
-    progress: &dyn Progress,
-) -> Result<Planning, RunError> {
-    let arm = &setup.cell.arms[0];
-    let mut obstacles = setup.obstacles()?;
-    obstacles.extend(believed.skirt().cloned());
-    let mut hear = |share: f64| progress.advance((share * PARTS) as u64);
-    let job = plan::PlanJob {
-        arm_index: 0,
-        arm: &arm.model,
-        home: &arm.home,
-        service: &arm.service,
-        drawing: strokes(believed)?,
-        canvas: &believed.canvas,
-        obstacles: &obstacles,
-    };
-    let planned = plan::plan(&job, options, &mut hear)?;
-    Ok(Planning {
-        timelines: vec![vec![planned.plan.segments.clone()]],
-        plan: Plan { arms: vec![planned.plan] },
-        places: Vec::new(),
-        order: VisitOrder::free(1),
-        reach: planned.reach,
-        seconds: 0.0,
-    })
-}
-
-fn fetched(
-    tools: &ToolSettings,
-    setup: &Setup,
-    believed: &Believed,
-    options: &PlanOptions,
-    progress: &dyn Progress,
-) -> Result<Planning, RunError> {
-    let kits = kits(setup)?;
-    let places = assign(setup, &kits, tools)?;
-    let models = holding(setup, &kits)?;
-    let obstacles = obstacles(setup, believed, &kits, &models)?;
-    let all = strokes(believed)?;
-    let mut reach = ReachReport::default();
-    let (mut arms, mut timelines): (Vec<ArmPlan>, Vec<_>) = (Vec::new(), Vec::new());
-    for kit in &kits {
-        let draws = |layer: usize| places[layer].0 == kit.index;
-        // a dock out of reach is known before anything moves
-        for layer in (0..places.len()).filter(|l| draws(*l)) {
-            kit.before(places[layer].1)?;
-        }
-        let around = [obstacles[kit.index].as_slice(), &kit.solids(None).map_err(RunError::Tool)?].concat();
-        let share = kit.index as f64;
-        let mut hear = |s: f64| progress.advance(((share + s) / kits.len() as f64 * PARTS) as u64);
-        let job = plan::PlanJob {
-            arm_index: kit.index,
-            arm: &models[kit.index],
-            home: &kit.home,
-            service: &kit.home,
-            drawing: &part(all, draws),
-            canvas: &believed.canvas,
-            obstacles: &around,
-        };
-        let planned = plan::plan(&job, options, &mut hear)?;
-        reach.length += planned.reach.length;
-        reach.reachable_length += planned.reach.reachable_length;
-        reach.unreachable.extend(planned.reach.unreachable);
-        timelines.push(cut(planned.plan.segments.clone()));
-        arms.push(planned.plan);
+impl Planner<'_> {
+    /// One arm whose pens a person changes.
+    fn by_hand(&self) -> Result<Planning, RunError> {
+        let arm = &self.setup.cell.arms[0];
+        let mut obstacles = self.setup.obstacles()?;
+        obstacles.extend(self.believed.skirt().cloned());
+        let (plan, reach) = self.arm(1, |canvas| plan::PlanJob {
+            arm_index: 0,
+            arm: &arm.model,
+            home: &arm.home,
+            service: &arm.service,
+            drawing: self.drawing,
+            canvas,
+            obstacles: &obstacles,
+        })?;
+        Ok(Planning {
+            timelines: vec![vec![plan.segments.clone()]],
+            plan: Plan { arms: vec![plan] },
+            places: Vec::new(),
+            order: VisitOrder::free(1),
+            reach,
+            seconds: 0.0,
+        })
     }
-    let order = order(&timelines, &models, tools.margin_mm * 1e-3);
-    Ok(Planning { plan: Plan { arms }, timelines, places, order, reach, seconds: 0.0 })
+
+    /// Arms that fetch their pens.
+    fn fetched(&self, tools: &ToolSettings) -> Result<Planning, RunError> {
+        let kits = kits(self.setup)?;
+        let places = assign(self.setup, &kits, tools)?;
+        let models = holding(self.setup, &kits)?;
+        let obstacles = obstacles(self.setup, self.believed, &kits, &models)?;
+        let mut reach = ReachReport::default();
+        let (mut arms, mut timelines): (Vec<ArmPlan>, Vec<_>) = (Vec::new(), Vec::new());
+        for kit in &kits {
+            let draws = |layer: usize| places[layer].0 == kit.index;
+            // a dock out of reach is known before anything moves
+            for layer in (0..places.len()).filter(|l| draws(*l)) {
+                kit.before(places[layer].1)?;
+            }
+            let around = [obstacles[kit.index].as_slice(), &kit.solids(None).map_err(RunError::Tool)?].concat();
+            let own = part(self.drawing, draws);
+            let (plan, reached) = self.arm(kits.len(), |canvas| plan::PlanJob {
+                arm_index: kit.index,
+                arm: &models[kit.index],
+                home: &kit.home,
+                service: &kit.home,
+                drawing: &own,
+                canvas,
+                obstacles: &around,
+            })?;
+            reach.length += reached.length;
+            reach.reachable_length += reached.reachable_length;
+            reach.unreachable.extend(reached.unreachable);
+            timelines.push(cut(plan.segments.clone()));
+            arms.push(plan);
+        }
+        let order = self.kept("order", || Ok(order(&timelines, &models, tools.margin_mm * 1e-3)))?;
+        Ok(Planning { plan: Plan { arms }, timelines, places, order, reach, seconds: 0.0 })
+    }
+
+    /// The plan of one of `arms` arms.
+    fn arm<'b>(
+        &'b self,
+        arms: usize,
+        job: impl FnOnce(&'b BelievedCanvas) -> plan::PlanJob<'b>,
+    ) -> Result<Planned, RunError> {
+        let job = job(&self.believed.canvas);
+        let share = job.arm_index as f64;
+        let mut hear = |s: f64| self.progress.advance(((share + s) / arms as f64 * PARTS) as u64);
+        self.kept(&format!("plan{}", job.arm_index), || {
+            let planned = plan::plan(&job, &self.options, &mut hear)?;
+            Ok((planned.plan, planned.reach))
+        })
+    }
+
+    /// A value from the journal, or one that is made and kept there.
+    fn kept<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        make: impl FnOnce() -> Result<T, RunError>,
+    ) -> Result<T, RunError> {
+        let Some(journal) = self.journal else { return make() };
+        if let Some(value) = journal.kept(name)? {
+            return Ok(value);
+        }
+        let value = make()?;
+        journal.keep(name, &value)?;
+        Ok(value)
+    }
 }
 
 /// The kits of all arms that draw.

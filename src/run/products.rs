@@ -5,17 +5,18 @@ use super::belief::{Believed, Prepared};
 use super::perform::{Performance, Touched};
 use super::pictures::{self, Extra};
 use super::setup::Setup;
-use super::{RunError, name_of, scene_builder, write_plan};
+use super::{RunError, Until, name_of, scene_builder};
 use crate::artwork::{Likenesses, desired_trace};
 use crate::drawing::{Drawing, svg_write};
 use crate::ink::{InkTrace, RasterOptions, rasterise};
-use crate::measure::{ImageMetrics, Laid, Metrics};
+use crate::measure::{ImageMetrics, Laid, Metrics, PlanMetrics};
 use crate::mesh;
 use crate::picture::Image;
+use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::report::{
-    OutputDir, Page, StagesOf, distortion_picture, drawing_svg, heights_csv, heights_figure, report_html, stages_csv,
-    write_record,
+    OutputDir, Page, StagesOf, distortion_picture, drawing_svg, heights_csv, heights_figure, plan_json, plan_npy,
+    report_html, stages_csv, write_record,
 };
 use crate::scenario::Scenario;
 use crate::surface::StretchField;
@@ -108,6 +109,37 @@ pub(super) struct Products<'a> {
 }
 
 impl Products<'_> {
+    /// Writes what there is of a scenario that isn't run to its end.
+    pub(super) fn write_unfinished(
+        &self,
+        until: Until,
+        out: &OutputDir,
+        written: &mut Written,
+    ) -> Result<Metrics, RunError> {
+        let Self { scenario, setup, believed, sheet, toml } = *self;
+        let mut metrics = sheet.metrics(scenario, &believed.prepared)?;
+        metrics.belief = believed.belief_metrics();
+        metrics.mapping = believed.mapped.as_ref().map(|m| m.metrics.clone());
+        written.scenario(toml, out)?;
+        if let Some(scan) = &believed.scan {
+            scan.write(&believed.canvas, out, written)?;
+        }
+        if let Some(mapped) = &believed.mapped {
+            write_laid(&mapped.laid, &mapped.field, &setup.drawing, out, written)?;
+            if until == Until::Mapping {
+                let text = serde_json::to_vec(&mapped.strokes)?;
+                let content = "Desired contact points and normals on the canvas, m, world";
+                written.other(out.write("mapped.json", &text)?, content);
+            }
+        }
+        if let Some(planning) = &believed.planning {
+            sheet.write(&believed.prepared, out, written)?;
+            metrics.plan = Some(PlanMetrics::of(&planning.plan, &planning.reach, planning.seconds));
+            write_plan(setup, &planning.plan, out, written)?;
+        }
+        Ok(metrics)
+    }
+
     /// Writes all files but the figures, which come back whole.
     pub(super) fn write(
         &self,
@@ -189,6 +221,18 @@ impl Products<'_> {
         }
         Ok(extra)
     }
+}
+
+/// Writes the segments and the joint paths of a plan.
+fn write_plan(setup: &Setup, plan: &Plan, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+    let joints: Vec<Vec<String>> =
+        setup.cell.arms.iter().map(|a| a.model.joints.iter().map(|j| j.name.clone()).collect()).collect();
+    written.other(out.write("plan.json", plan_json(plan, &joints).as_bytes())?, "Segments of the planned motion");
+    for (arm, names) in plan.arms.iter().zip(&joints) {
+        let (name, bytes) = plan_npy(arm, names.len());
+        written.other(out.write(&name, &bytes)?, "Planned joint path, a NumPy array");
+    }
+    Ok(())
 }
 
 /// Writes how the canvas stretches the drawing.

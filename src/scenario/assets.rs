@@ -1,4 +1,5 @@
 //! Where robots, pens, scenes and scenarios are found by name.
+use crate::files;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -74,8 +75,8 @@ impl Assets {
     pub fn list(&self, kind: AssetKind) -> Vec<Asset> {
         let mut found = BTreeMap::new();
         for root in &self.roots {
-            let Ok(entries) = std::fs::read_dir(root.join(kind.folder())) else { continue };
-            for file in entries.flatten().map(|e| e.path()) {
+            let Ok(entries) = files::folder(&root.join(kind.folder())) else { continue };
+            for file in entries {
                 if file.extension().is_some_and(|e| e == "toml")
                     && let Some(name) = file.file_stem().and_then(|n| n.to_str())
                 {

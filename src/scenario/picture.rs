@@ -173,6 +173,13 @@ pub struct LayeredDepthSettings {
     pub depth_model: Option<PathBuf>,
 }
 
+impl LayeredDepthSettings {
+    /// The files that are named.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.labels, &self.segments, &self.depth, &self.segment_model, &self.depth_model].into_iter().flatten()
+    }
+}
+
 impl Default for LayeredDepthSettings {
     fn default() -> Self {
         Self { strokes: 1500, labels: None, segments: None, depth: None, segment_model: None, depth_model: None }

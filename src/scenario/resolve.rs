@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::diagnostic::{self, ConfigError};
+use crate::files;
 use crate::measure::MetricPath;
 use crate::surface::{FlattenOptions, MappingKind};
 
@@ -112,8 +113,8 @@ pub struct Scenario {
 impl Scenario {
     /// Reads a scenario file, applies the overrides in order, and resolves it. Paths are relative to the file.
     pub fn read(file: &Path, overrides: &[Override]) -> Result<Self, ScenarioError> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
+        let text =
+            files::read_text(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
         Self::parse(&text, file, overrides)
     }
 

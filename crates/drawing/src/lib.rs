@@ -9,4 +9,4 @@ pub mod picture;
 pub mod tour;
 
 // rooms below, by the paths that they have in every part
-pub(crate) use calamus_geometry::math;
+pub(crate) use calamus_geometry::{files, math};

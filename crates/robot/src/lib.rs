@@ -15,4 +15,4 @@ pub mod tool;
 
 // rooms below, by the paths that they have in every part
 pub(crate) use calamus_drawing::drawing;
-pub(crate) use calamus_geometry::{diagnostic, math, mesh};
+pub(crate) use calamus_geometry::{diagnostic, files, math, mesh};

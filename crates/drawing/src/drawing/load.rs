@@ -1,5 +1,5 @@
 //! Artwork files to drawings, by the file's extension.
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{DrawingError, Loaded, StylusOptions, SvgOptions, stroke_text, stylus, svg};
 
@@ -16,6 +16,17 @@ pub fn load(file: &Path, options: &SvgOptions, stylus: &StylusOptions) -> Result
         "txt" => Ok(Loaded { drawing: stroke_text::read(file, options.size)?, warnings: Vec::new() }),
         _ => Err(DrawingError::UnknownKind { file: file.to_path_buf() }),
     }
+}
+
+/// The files of which [`load`] makes a drawing: the file itself, of stroke text with its sibling inks.
+///
+/// # Errors
+/// The folder of stroke text can't be listed.
+pub fn sources(file: &Path) -> std::io::Result<Vec<PathBuf>> {
+    if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) {
+        return Ok(stroke_text::inks_of(file)?.into_iter().map(|(path, _)| path).collect());
+    }
+    Ok(vec![file.to_path_buf()])
 }
 
 #[cfg(test)]

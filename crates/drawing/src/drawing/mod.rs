@@ -21,7 +21,7 @@ pub mod svg_write;
 pub mod tidy;
 
 pub use error::DrawingError;
-pub use load::load;
+pub use load::{load, sources};
 pub use loaded::{Loaded, Warning};
 pub use pattern::{Figure, Pattern};
 pub use sheet::{Drawing, InkLayer, Stroke, StrokeRef};

@@ -17,6 +17,7 @@ use nalgebra::Point2;
 
 use super::{Drawing, InkLayer, Stroke};
 use super::{DrawingError, Size};
+use crate::files;
 use crate::math::Rgb;
 
 /// Metres per unit of the first line where the size is left as the file says: pixels of 96 per inch.
@@ -40,8 +41,7 @@ pub fn read(file: &Path, size: Size) -> Result<Drawing, DrawingError> {
     let mut sheet: Option<(f64, f64)> = None;
     let mut layers = Vec::new();
     for (path, (name, color)) in inks_of(file).map_err(unreadable)? {
-        let text =
-            std::fs::read_to_string(&path).map_err(|source| DrawingError::Unreadable { file: path.clone(), source })?;
+        let text = files::read_text(&path).map_err(|source| DrawingError::Unreadable { file: path.clone(), source })?;
         let (width, height, strokes) = parse(&text, &path)?;
         let (w, h) = *sheet.get_or_insert((width, height));
         if (width * h - w * height).abs() > 1e-6 * w * height {
@@ -88,7 +88,7 @@ fn split_name(file: &Path) -> Option<(&str, &str)> {
 }
 
 /// The files of a drawing with their inks, in drawing order.
-fn inks_of(file: &Path) -> std::io::Result<Vec<(PathBuf, (String, Rgb))>> {
+pub(super) fn inks_of(file: &Path) -> std::io::Result<Vec<(PathBuf, (String, Rgb))>> {
     let black = Rgb([0, 0, 0]);
     let Some((stem, suffix)) = split_name(file) else {
         return Ok(vec![(file.to_path_buf(), ("black".to_string(), black))]);
@@ -98,8 +98,7 @@ fn inks_of(file: &Path) -> std::io::Result<Vec<(PathBuf, (String, Rgb))>> {
     }
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut found = BTreeMap::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
+    for path in files::folder(folder)? {
         if path.extension().is_none_or(|e| e != "txt") {
             continue;
         }

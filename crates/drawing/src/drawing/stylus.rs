@@ -22,6 +22,7 @@ use super::bezier_fit::{FitOptions, fit, flatten};
 use super::stylus_clean::{CleanOptions, Repairs, Sample, clean};
 use super::{Drawing, InkLayer, Stroke};
 use super::{DrawingError, Loaded, Size, Warning};
+use crate::files;
 use crate::math::Rgb;
 
 /// Name of the one layer of a recording.
@@ -101,7 +102,7 @@ impl StylusOptions {
 /// # Errors
 /// As [`parse`], and where the file can't be read.
 pub fn read(file: &Path, size: Size, options: &StylusOptions) -> Result<Loaded, DrawingError> {
-    let bytes = std::fs::read(file).map_err(|source| DrawingError::Unreadable { file: file.to_path_buf(), source })?;
+    let bytes = files::read(file).map_err(|source| DrawingError::Unreadable { file: file.to_path_buf(), source })?;
     parse(&bytes, file, size, options)
 }
 

@@ -18,6 +18,7 @@ use super::Drawing;
 use super::svg_survey::{self, Survey};
 use super::svg_walk::{MAX_POINTS, Walk};
 use super::{DrawingError, Loaded, Size};
+use crate::files;
 use crate::math::Rgb;
 
 /// Millimetres per CSS pixel: 96 px = 25.4 mm.
@@ -81,7 +82,7 @@ impl Default for SvgOptions {
 /// # Errors
 /// As [`parse`], and where the file can't be read.
 pub fn read(file: &Path, options: &SvgOptions) -> Result<Loaded, DrawingError> {
-    let bytes = std::fs::read(file).map_err(|source| DrawingError::Unreadable { file: file.to_path_buf(), source })?;
+    let bytes = files::read(file).map_err(|source| DrawingError::Unreadable { file: file.to_path_buf(), source })?;
     parse(&bytes, file, options)
 }
 

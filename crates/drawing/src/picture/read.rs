@@ -3,12 +3,12 @@
 //! A picture is averaged down to a limit while it is decoded, so that a photograph of hundreds of megapixels costs little
 //! memory. Colours are taken as sRGB (or by a PNG's gamma); ICC profiles are not applied. The `png` and `zune-jpeg` crates are
 //! used rather than `image`, which hides rows, raw palette indices and CMYK, and shows half a JPEG as if it were whole.
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use png::ColorType;
 
+use crate::files;
 use crate::math::linear_from_srgb;
 use crate::picture::{Picture, PictureError, Plane};
 
@@ -113,8 +113,8 @@ impl From<std::io::Error> for Fault {
     }
 }
 
-fn open(file: &Path) -> Result<BufReader<File>, Fault> {
-    Ok(BufReader::with_capacity(1 << 18, File::open(file)?))
+fn open(file: &Path) -> Result<Cursor<Vec<u8>>, Fault> {
+    Ok(Cursor::new(files::read(file)?))
 }
 
 fn check_size(width: usize, height: usize) -> Result<(), Fault> {

@@ -11,6 +11,7 @@
 //! 3 0 4e1
 //! EOF
 //! ```
+use crate::files;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -54,8 +55,7 @@ pub enum TsplibError {
 /// # Errors
 /// `Unreadable`, or as [`parse`].
 pub fn read(file: &Path) -> Result<Problem, TsplibError> {
-    let text =
-        std::fs::read_to_string(file).map_err(|source| TsplibError::Unreadable { file: file.to_path_buf(), source })?;
+    let text = files::read_text(file).map_err(|source| TsplibError::Unreadable { file: file.to_path_buf(), source })?;
     parse(&text, file)
 }
 

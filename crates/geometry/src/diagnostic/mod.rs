@@ -2,6 +2,7 @@
 //!
 //! Every TOML file of the project is read here. Types that are read use `#[serde(deny_unknown_fields)]`, so that a
 //! misspelt key is refused with the nearest known one.
+use crate::files;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -32,8 +33,7 @@ pub enum ConfigError {
 
 /// Reads and parses a TOML file.
 pub fn read<T: DeserializeOwned>(file: &Path) -> Result<T, ConfigError> {
-    let text =
-        std::fs::read_to_string(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
+    let text = files::read_text(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
     parse(&text, file)
 }
 

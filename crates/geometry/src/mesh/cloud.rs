@@ -1,10 +1,10 @@
 //! Point clouds and their files.
-use std::fs;
 use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 
 use super::{MeshFileError, ply};
+use crate::files;
 use crate::math::Rgb;
 
 /// Largest coordinate a cloud may have, m: beyond it a scale is wrong.
@@ -41,7 +41,7 @@ pub fn read_cloud(file: &Path, scale: f64) -> Result<PointCloud, MeshFileError> 
     if !file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
         return Err(wrong(None, "a point cloud is read from a .ply file".into()));
     }
-    let bytes = fs::read(file).map_err(|source| MeshFileError::Io { file: file.to_path_buf(), source })?;
+    let bytes = files::read(file).map_err(|source| MeshFileError::Io { file: file.to_path_buf(), source })?;
     let mut cloud = ply::parse_cloud(&bytes).map_err(|e| wrong(e.line, e.message))?;
     cloud.points.iter_mut().for_each(|p| *p *= scale);
     if let Some(i) = cloud.points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
@@ -64,7 +64,7 @@ mod tests {
     fn read_bytes(bytes: &[u8]) -> Result<PointCloud, MeshFileError> {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("a.ply");
-        fs::write(&file, bytes).unwrap();
+        std::fs::write(&file, bytes).unwrap();
         read_cloud(&file, 1.0)
     }
 

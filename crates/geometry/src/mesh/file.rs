@@ -1,4 +1,5 @@
 //! Reading and writing mesh files: OBJ, STL and PLY, by the extension.
+use crate::files;
 use std::collections::HashMap;
 use std::fs;
 use std::io;
@@ -114,7 +115,7 @@ pub fn read(file: &Path, scale: f64) -> Result<TriMesh, MeshFileError> {
         return Err(MeshFileError::BadScale { file: file.to_path_buf(), scale });
     }
     let format = Format::of(file)?;
-    let bytes = fs::read(file).map_err(|source| MeshFileError::Io { file: file.to_path_buf(), source })?;
+    let bytes = files::read(file).map_err(|source| MeshFileError::Io { file: file.to_path_buf(), source })?;
     let parsed = match format {
         Format::Obj => obj::parse(&bytes),
         Format::Stl => stl::parse(&bytes),

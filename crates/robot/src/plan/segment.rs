@@ -55,7 +55,7 @@ pub struct Segment {
 }
 
 /// The segments of one arm, one after another in time without gaps.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ArmPlan {
     /// Index of the arm in the cell.
     pub arm: usize,

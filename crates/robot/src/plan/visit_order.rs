@@ -6,7 +6,7 @@
 use super::schedule::{Piece, Turn, schedule};
 
 /// For each visit, the visits of other arms that come before it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct VisitOrder {
     before: Vec<Vec<Vec<Turn>>>,
 }

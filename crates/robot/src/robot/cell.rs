@@ -34,6 +34,7 @@ use super::gripper::{Gripper, GripperFile};
 use super::urdf::{UrdfArm, load_with_notes};
 use super::{ArmModel, JointKind, JointVector, RobotError, UrdfOptions, Visual, VisualShape};
 use crate::diagnostic::{self, ConfigError};
+use crate::files;
 use crate::math::{Pose, Rgb};
 
 /// Rotor inertia felt at a joint when the file gives none, kg m2.
@@ -153,7 +154,7 @@ impl Cell {
     /// Reads a robot file and the URDFs it names, relative to it.
     pub fn load(file: &Path) -> Result<Self, RobotError> {
         let unreadable = |source| ConfigError::Unreadable { file: file.to_path_buf(), source };
-        let text = std::fs::read_to_string(file).map_err(unreadable)?;
+        let text = files::read_text(file).map_err(unreadable)?;
         Self::parse(&text, file)
     }
 

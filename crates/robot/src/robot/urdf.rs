@@ -26,6 +26,7 @@ use self::source::Source;
 use self::tree::{Tree, axis_of, held_pose, pose_of};
 use super::{ArmModel, JointKind, JointModel, LinkModel, MAX_DOF, RobotError, SpatialInertia};
 use crate::diagnostic::nearest;
+use crate::files;
 use crate::math::Pose;
 
 /// Which part of a URDF is the arm, and how to find its meshes.
@@ -59,7 +60,7 @@ pub fn load(file: &Path, options: &UrdfOptions) -> Result<ArmModel, RobotError> 
 /// Reads the arm of a URDF file and what of the file is not used.
 pub fn load_with_notes(file: &Path, options: &UrdfOptions) -> Result<UrdfArm, RobotError> {
     let unreadable = |source| RobotError::Unreadable { file: file.to_path_buf(), source };
-    let bytes = std::fs::read(file).map_err(unreadable)?;
+    let bytes = files::read(file).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         RobotError::Xml { file: file.to_path_buf(), line, message: "the text is not UTF-8".to_string() }

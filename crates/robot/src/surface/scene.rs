@@ -28,6 +28,7 @@ use super::mapped::Mapping;
 use super::projection::Projection;
 use super::shape::{ShapeError, ShapeFile};
 use crate::diagnostic::{self, ConfigError};
+use crate::files;
 use crate::math::{Pose, Rgb, frame_from_axes};
 use crate::mesh::{MeshFileError, TriMesh};
 
@@ -109,8 +110,8 @@ impl Scene {
     /// Unknown or missing keys, sizes that are not positive, directions that are zero or parallel, and a sheet whose
     /// centre has no canvas behind it, each with file and line; and a mesh file that can't be read.
     pub fn read(file: &Path) -> Result<Self, SceneError> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
+        let text =
+            files::read_text(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
         Self::parse(&text, file)
     }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::diagnostic::{self, ConfigError};
+use crate::files;
 
 /// A tool and the dock that it stands in.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -129,8 +130,8 @@ impl ToolSet {
     /// # Errors
     /// [`ConfigError`] with file and line when it can't be read, a key is unknown or missing, or a number is out of its range.
     pub fn read(file: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
+        let text =
+            files::read_text(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
         Self::parse(&text, file)
     }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 use rten::{Dimension, Model, Value};
 
 use crate::art::depth::SemanticsError;
+use crate::files;
 use crate::math::srgb_from_linear;
 use crate::picture::{Labels, Picture, Plane};
 
@@ -105,8 +106,8 @@ fn answer(file: &Path, picture: &Picture, options: &ModelOptions) -> Result<(Vec
         let (width, height) = (picture.width(), picture.height());
         return Err(SemanticsError::Size { what: "picture", width, height, values: 0 });
     }
-    std::fs::File::open(file).map_err(|source| SemanticsError::Io { file: file.to_path_buf(), source })?;
-    let model = match Model::load_file(file) {
+    let bytes = files::read(file).map_err(|source| SemanticsError::Io { file: file.to_path_buf(), source })?;
+    let model = match Model::load(bytes) {
         Ok(model) => model,
         Err(e) => return wrong(file, format!("it isn't an ONNX model that can be read: {e}")),
     };
