@@ -88,7 +88,8 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 /// The code of a file, without comments and without what stands under `#[cfg(test)]` at its foot; nothing of a file
 /// that holds only tests.
 fn code(path: &Path, text: &str) -> String {
-    if path.file_stem().is_some_and(|n| n == "tests" || n == "sample") {
+    let stem = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    if stem == "tests" || stem.ends_with("_tests") || stem == "sample" {
         return String::new();
     }
     let mut kept = String::new();

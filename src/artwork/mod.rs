@@ -2,11 +2,13 @@
 
 mod error;
 mod make;
+mod part;
 mod pens;
 mod picture_art;
 mod preview;
 
 pub use error::ArtworkError;
+pub use part::{Part, PartError};
 
 pub(crate) use make::{Made, make};
 pub(crate) use pens::pens;

@@ -3,8 +3,8 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use crate::artwork::Part;
 use crate::experiment::Shard;
-use crate::run::Part;
 use crate::scenario::Override;
 
 /// Draws pictures with a simulated robot arm and a pen that leaves ink where it really touches.

@@ -4,13 +4,18 @@
 //! to the canvas ([`Turns`]) is kept whatever the visits really take, so results don't depend on threads. [`Listener`]s hear what
 //! happens and may stop the run; a [`Journal`] keeps what is done, so that a killed run goes on from there.
 mod chunk;
+mod counter;
+mod distances;
 mod error;
 mod journal;
 mod listener;
+mod timeline;
 mod turns;
 mod worker;
 
 pub use chunk::{Chunk, Made, Visit};
+pub use counter::{Both, Counter};
+pub use distances::Distances;
 pub use error::ExecError;
 pub use journal::{Journal, JournalError};
 pub use listener::{Flow, Listener, News, StopFlag};

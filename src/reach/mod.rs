@@ -14,7 +14,6 @@ use crate::plan::{GridError, PlanOptions, Reach, ReachGrid, ReachMap, ReachProbe
 use crate::progress::Progress;
 use crate::report::{FigureError, OutputDir, OutputError, npy_bytes, read_npy_bytes};
 use crate::robot::{Arm, Cell, RobotError};
-use crate::run::{RunError, arm_index, solids};
 use crate::scenario::Sketch;
 
 use canvas::{CanvasJson, Placed, Tried, mm, rounded};
@@ -89,9 +88,6 @@ pub enum ReachError {
     /// The artwork can't be drawn.
     #[error(transparent)]
     Artwork(#[from] ArtworkError),
-    /// The arms, or what stands round them, can't be made.
-    #[error(transparent)]
-    Standing(#[from] RunError),
     /// An output can't be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -176,7 +172,7 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     let cell = Cell::load(&request.robot)?;
     let chosen = match request.arms.as_slice() {
         [] => (0..cell.arms.len()).collect(),
-        names => names.iter().map(|n| arm_index(&cell, Some(n))).collect::<Result<Vec<_>, _>>()?,
+        names => names.iter().map(|n| cell.arm_index(Some(n))).collect::<Result<Vec<_>, _>>()?,
     };
     if let Some([near, far]) = request.depths
         && !(near.is_finite() && far.is_finite() && near <= far)
@@ -198,7 +194,7 @@ pub fn reach(request: &ReachRequest, out: &OutputDir, progress: &dyn Progress) -
     let cache = OutputDir::check(request.cache.as_deref().unwrap_or(&out.path().join("cache")))?;
     let solids = chosen.iter().map(|i| {
         let others = cell.arms.iter().enumerate().filter(|(other, _)| other != i).map(|(_, arm)| arm);
-        solids(&cell, others)
+        cell.solids(others)
     });
     let solids = solids.collect::<Result<Vec<Vec<TriMesh>>, _>>()?;
     let options = PlanOptions::default();

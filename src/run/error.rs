@@ -2,7 +2,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::artwork::ArtworkError;
+use crate::artwork::{ArtworkError, PartError};
 use crate::camera::ScanError;
 use crate::diagnostic::ConfigError;
 use crate::exec::{ExecError, JournalError};
@@ -49,32 +49,6 @@ pub enum RunError {
     /// The robot can't be used.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A robot of several arms, and nobody said which draws.
-    #[error("{robot} has the arms {arms}: say which of them draws, as `arm = \"NAME\"`")]
-    WhichArm {
-        /// Name of the robot.
-        robot: String,
-        /// Names of its arms.
-        arms: String,
-    },
-    /// The robot has no arm of that name.
-    #[error("{robot} has no arm `{name}`, but {arms}")]
-    NoSuchArm {
-        /// Name of the robot.
-        robot: String,
-        /// The name asked for.
-        name: String,
-        /// Names of its arms.
-        arms: String,
-    },
-    /// An arm that stands still makes no solid.
-    #[error("arm {arm}: {source}")]
-    StandingArm {
-        /// Its name.
-        arm: String,
-        /// Why not.
-        source: MeshError,
-    },
     /// An arm can't change tools.
     #[error(transparent)]
     Kit(#[from] KitError),
@@ -90,22 +64,9 @@ pub enum RunError {
     /// What is done can't be kept.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// A part of the drawing is asked for by an ink that it hasn't.
-    #[error("the drawing has no ink {ink}, but {inks}")]
-    NoSuchInk {
-        /// The ink asked for.
-        ink: String,
-        /// Those that there are.
-        inks: String,
-    },
-    /// A part of the drawing has nothing in it.
-    #[error("{part}: none of the drawing's {strokes} strokes is in this part")]
-    NothingInPart {
-        /// The part.
-        part: String,
-        /// Strokes of the drawing.
-        strokes: usize,
-    },
+    /// The part that is asked for isn't there.
+    #[error(transparent)]
+    Part(#[from] PartError),
     /// No arm that is to draw has a gripper.
     #[error("`[tools]` needs arms with a gripper, and {robot} has none that draws; give it `[arm.gripper]`")]
     NoGripper {
@@ -149,16 +110,6 @@ pub enum RunError {
         time: f64,
         /// What is desired, mm.
         margin_mm: f64,
-    },
-    /// A thing beside the robot makes no solid.
-    #[error("furniture {index} of {robot}: {source}")]
-    Furniture {
-        /// Name of the robot.
-        robot: String,
-        /// Index of the thing in the robot file.
-        index: usize,
-        /// Why not.
-        source: MeshError,
     },
     /// The border of a scan has no extent.
     #[error("the border of the scanned canvas: {0}")]

@@ -5,9 +5,6 @@ mod error;
 mod evaluate;
 mod inputs;
 mod mapping;
-mod options;
-mod parked_arms;
-mod part;
 mod perform;
 mod pictures;
 mod planning;
@@ -16,13 +13,12 @@ mod scan;
 mod scene_builder;
 mod setup;
 mod team;
-mod timeline;
 mod tool_figures;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::artwork;
+use crate::artwork::{self, Part};
 use crate::exec::{Journal, StopFlag};
 use crate::measure::{DrawingMetrics, Metrics};
 use crate::progress::Progress;
@@ -33,8 +29,6 @@ pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
 pub use inputs::Inputs;
-pub(crate) use parked_arms::{arm_index, solids};
-pub use part::{Part, PartError};
 
 use belief::{believe, prepare};
 use perform::perform;

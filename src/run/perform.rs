@@ -1,5 +1,4 @@
 //! Carrying out what is planned, and measuring what was drawn.
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use super::belief::Believed;
@@ -7,9 +6,8 @@ use super::mapping::{mapped, mapping_onto, mapping_onto_truth, own_layers};
 use super::planning::PenPlaces;
 use super::setup::Setup;
 use super::team::{Team, team};
-use super::timeline;
 use super::{RunError, tool_figures};
-use crate::exec::{self, ArmStop, Done, Flow, Journal, Listener, News};
+use crate::exec::{self, ArmStop, Both, Counter, Done, Journal, Listener};
 use crate::ink::{InkTrace, TraceInk};
 use crate::measure::{
     BeliefMetrics, ContactMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
@@ -21,7 +19,7 @@ use crate::scenario::{Artwork, Pattern, Scenario};
 use crate::skill::{Drawer, TouchStrokes};
 use crate::surface::{BelievedCanvas, Mapping, Projection, map_drawing, map_what_fits};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
-use crate::twin::{ArmStory, Record, Simulation};
+use crate::twin::{ArmStory, Record};
 
 /// Spacing at which the desired line is known when the drawn one is measured, m.
 const MEASURE_STEP: f64 = 2.5e-4;
@@ -70,21 +68,11 @@ pub(super) fn perform(
         workers.iter_mut().try_for_each(|w| w.resume(journal))?;
     }
     let started = Instant::now();
-    let counter = Counter::new(scenario, setup, believed, progress);
-    let listeners: [&dyn Listener; 2] = [&counter, listener];
-    let done = exec::execute(workers, &order, &Both(listeners), journal)?;
+    let counter = counter(scenario, setup, believed, progress);
+    let done = exec::execute(workers, &order, &Both([&counter, listener]), journal)?;
     let seconds = started.elapsed().as_secs_f64();
     let performance = conclude(scenario, setup, believed, done, seconds, progress)?;
     Ok(Performance { places, ..performance })
-}
-
-/// Two listeners as one.
-struct Both<'a>([&'a dyn Listener; 2]);
-
-impl Listener for Both<'_> {
-    fn hear(&self, news: &News, arm: &Simulation) -> Flow {
-        self.0.hear(news, arm)
-    }
 }
 
 /// Puts together what all arms did.
@@ -100,7 +88,11 @@ fn conclude(
     metrics.drawing = Some(believed.prepared.metrics.clone());
     metrics.belief = believed.belief_metrics();
     metrics.mapping = believed.mapped.as_ref().map(|m| m.metrics.clone());
-    let plan = timeline::plan(setup, believed, &done);
+    let arms = done.iter().zip(&setup.cell.arms).enumerate().map(|(i, (d, arm))| {
+        let planned: Vec<_> = believed.planning.iter().flat_map(|p| &p.timelines[i]).flatten().collect();
+        d.plan(i, &planned, &arm.home)
+    });
+    let plan = Plan { arms: arms.collect() };
     let near = if setup.fetches() { Some(tool_figures::distances(scenario, setup, &plan, &done)?) } else { None };
     let touched = match done.first().and_then(|d| d.policy.touched()) {
         Some(touch) => Some(learned(scenario, setup, touch, &plan, &mut metrics)?),
@@ -204,43 +196,16 @@ fn shape(scenario: &Scenario, setup: &Setup, ink: &InkTrace) -> Result<Option<Sh
     Ok(ShapeMetrics::of(grid.as_ref(), sides.as_ref()))
 }
 
-/// Tells how far a run has come: by planned time, or by strokes where nothing is planned ahead.
-struct Counter<'a> {
-    progress: &'a dyn Progress,
-    by_time: bool,
-    done: AtomicU64,
-}
-
-impl<'a> Counter<'a> {
-    fn new(scenario: &Scenario, setup: &Setup, believed: &Believed, progress: &'a dyn Progress) -> Self {
-        let planned = believed.planning.as_ref().map(|p| {
-            let segments = p.timelines.iter().flatten().flatten();
-            (segments.map(|s| s.trajectory.duration()).sum::<f64>() * 1e3) as u64
-        });
-        let name = match (scenario.touch.is_some(), setup.fetches()) {
-            (true, _) => "drawing by touch",
-            (_, true) => "drawing and changing pens",
-            _ => "simulating",
-        };
-        let strokes = setup.drawing.sequence().len() as u64;
-        progress.stage(name, Some(planned.unwrap_or(strokes)));
-        Self { progress, by_time: planned.is_some(), done: AtomicU64::new(0) }
-    }
-}
-
-impl Listener for Counter<'_> {
-    fn hear(&self, news: &News, _: &Simulation) -> Flow {
-        let more = match news {
-            News::Passes(task) if self.by_time && task.movement().is_some_and(|m| m.planned.is_some()) => 1000,
-            News::Ended(task, outcome, _) if self.by_time && task.movement().is_some_and(|m| m.planned.is_some()) => {
-                (outcome.duration * 1e3) as u64 % 1000
-            }
-            News::Ended(crate::skill::Task::Draw(_), ..) if !self.by_time => 1,
-            _ => 0,
-        };
-        if more > 0 {
-            self.progress.advance(more + self.done.fetch_add(more, Ordering::Relaxed));
-        }
-        Flow::Continue
+/// Counts how far the run has come: by planned time, or by strokes where nothing is planned ahead.
+fn counter<'a>(scenario: &Scenario, setup: &Setup, believed: &Believed, progress: &'a dyn Progress) -> Counter<'a> {
+    let planned = believed.planning.as_ref().map(|p| p.timelines.iter().flatten().flatten());
+    let name = match (scenario.touch.is_some(), setup.fetches()) {
+        (true, _) => "drawing by touch",
+        (_, true) => "drawing and changing pens",
+        _ => "simulating",
+    };
+    match planned {
+        Some(segments) => Counter::of_time(name, segments.map(|s| s.trajectory.duration()).sum(), progress),
+        None => Counter::of_strokes(name, setup.drawing.sequence().len() as u64, progress),
     }
 }

@@ -1,22 +1,19 @@
 //! The plan of every arm, made ahead on what is believed: with pens that a person changes, or that hands fetch.
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::RunError;
 use super::belief::Believed;
 use super::setup::Setup;
-use super::{RunError, options, parked_arms};
 use crate::exec::Journal;
 use crate::math::Rgb;
 use crate::mesh::TriMesh;
-use crate::plan::{
-    self, ArmPlan, Plan, PlanOptions, ReachReport, Segment, SegmentKind, Space, Sweep, Turn, VisitOrder, Zone,
-};
+use crate::plan::{self, ArmPlan, Plan, PlanOptions, ReachReport, Segment, VisitOrder};
 use crate::progress::Progress;
 use crate::robot::ArmModel;
-use crate::scenario::{Scenario, ToolSettings};
+use crate::scenario::{Scenario, ToolSettings, options};
 use crate::skill::GripperKit;
 use crate::surface::{BelievedCanvas, SurfaceDrawing};
 
@@ -131,10 +128,11 @@ impl Planner<'_> {
             reach.length += reached.length;
             reach.reachable_length += reached.reachable_length;
             reach.unreachable.extend(reached.unreachable);
-            timelines.push(cut(plan.segments.clone()));
+            timelines.push(plan.visits());
             arms.push(plan);
         }
-        let order = self.kept("order", || Ok(order(&timelines, &models, tools.margin_mm * 1e-3)))?;
+        let order =
+            self.kept("order", || Ok(VisitOrder::between(&timelines, &models, tools.margin_mm * 1e-3, CHANGE_TIME)))?;
         Ok(Planning { plan: Plan { arms }, timelines, places, order, reach, seconds: 0.0 })
     }
 
@@ -196,7 +194,7 @@ pub(super) fn obstacles(
     let around = |kit: &&GripperKit| {
         let mut solids = furniture.clone();
         for other in kits.iter().filter(|o| o.index != kit.index) {
-            solids.extend(parked_arms::at_rest(&models[other.index], &other.home)?);
+            solids.extend(models[other.index].solids_at(&other.home)?);
             solids.extend(other.solids(None).map_err(RunError::Tool)?);
         }
         Ok(solids)
@@ -243,55 +241,4 @@ fn part(mapped: &SurfaceDrawing, draws: impl Fn(usize) -> bool) -> SurfaceDrawin
         }
     }
     part
-}
-
-/// Segments cut where the pen is changed: each piece begins and ends at rest in the waiting pose, its time at 0.
-fn cut(segments: Vec<Segment>) -> Vec<Vec<Segment>> {
-    let mut pieces: Vec<Vec<Segment>> = vec![Vec::new()];
-    for segment in segments {
-        match (segment.kind, pieces.last_mut()) {
-            (SegmentKind::ChangePen, _) => pieces.push(Vec::new()),
-            (_, Some(piece)) => piece.push(segment),
-            _ => {}
-        }
-    }
-    pieces.retain(|p| !p.is_empty());
-    for piece in &mut pieces {
-        // the way to the next pen is still made with this one
-        let (began, layer) = (piece[0].start, piece[0].layer);
-        for segment in piece {
-            segment.start -= began;
-            segment.layer = layer;
-        }
-    }
-    pieces
-}
-
-/// Who waits for whom: arms are over the canvas together where the cells that they sweep with a margin around them are not the same.
-fn order(timelines: &[Vec<Vec<Segment>>], models: &[ArmModel], margin: f64) -> VisitOrder {
-    if timelines.len() < 2 {
-        return VisitOrder::free(timelines.len());
-    }
-    let swept = |(visits, arm): (&Vec<Vec<Segment>>, &ArmModel)| -> Vec<Sweep> {
-        visits.par_iter().map(|v| Sweep::new(arm, &v.iter().collect::<Vec<_>>())).collect()
-    };
-    let sweeps: Vec<Vec<Sweep>> = timelines.iter().zip(models).map(swept).collect();
-    // for each pair of arms the zones of either in the space that both reach
-    let mut zones: Vec<Vec<[Vec<Zone>; 2]>> = Vec::new();
-    for a in 0..sweeps.len() {
-        zones.push(Vec::new());
-        for b in 0..a {
-            let [one, other] = [a, b].map(|i| sweeps[i].iter().collect::<Vec<_>>());
-            let space = Space::between(&one, &other, margin);
-            zones[a].push([a, b].map(|i| sweeps[i].par_iter().map(|s| space.zone(s)).collect()));
-        }
-    }
-    let clash = |(a, i): Turn, (b, j): Turn| {
-        let (a, i, b, j) = if a > b { (a, i, b, j) } else { (b, j, a, i) };
-        let [one, other] = &zones[a][b];
-        one[i].meets(&other[j])
-    };
-    let durations: Vec<Vec<f64>> =
-        timelines.iter().map(|visits| visits.iter().map(|v| v.last().map_or(0.0, Segment::end)).collect()).collect();
-    VisitOrder::of(&durations, CHANGE_TIME, &clash)
 }

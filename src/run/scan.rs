@@ -2,18 +2,15 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use nalgebra::{Point2, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Point2;
 
 use super::RunError;
 use super::products::Written;
 use super::setup::Setup;
-use crate::camera::{
-    DepthCamera, ScanError, ScanOptions, Viewpoint, Viewpoints, find_marks, scan_canvas, sheet_corners,
-};
-use crate::math::Pose;
+use crate::camera::{ScanError, ScanOptions, find_marks, scan_canvas, sheet_corners};
 use crate::measure::BeliefMetrics;
 use crate::mesh::{self, PointCloud, TriMesh};
-use crate::reconstruct::{Located, Mark, MeshingOptions, Placement, ScanReport, from_cloud, locate_sheet, skirt};
+use crate::reconstruct::{Located, Mark, ScanReport, from_cloud, locate_sheet, skirt};
 use crate::report::OutputDir;
 use crate::scenario::{ScanPose, ScanSettings};
 use crate::surface::{BelievedCanvas, Canvas};
@@ -40,21 +37,22 @@ impl Scan {
         let (scanned, marks) = match &file {
             Some(file) => {
                 let mut cloud = mesh::read_cloud(file, settings.scale)?;
-                if let Some(pose) = settings.pose {
-                    place(&mut cloud, pose);
+                if let Some(pose) = settings.pose.map(ScanPose::pose) {
+                    cloud.points.iter_mut().for_each(|p| *p = pose * *p);
+                    cloud.normals.iter_mut().for_each(|n| *n = pose * *n);
                 }
-                let made = from_cloud(&cloud, &nominal.name, &nominal.sheet, size, &meshing(settings));
+                let made = from_cloud(&cloud, &nominal.name, &nominal.sheet, size, &settings.meshing());
                 (made.map_err(ScanError::from), Ok(vec![]))
             }
             None => {
-                let options = options(settings);
+                let options = settings.scan_options();
                 let scanned = scan_canvas(truth, &furniture, &nominal.sheet, size, &options, seed);
                 (scanned, marks(settings, truth, nominal, &furniture, size, &options, seed))
             }
         };
         let located = scanned.and_then(|(scanned, report)| {
             let (belief, located) =
-                locate_sheet(scanned, nominal, &marks?, &placement(settings)).map_err(ScanError::from)?;
+                locate_sheet(scanned, nominal, &marks?, &settings.placement()).map_err(ScanError::from)?;
             Ok((belief, located, report))
         });
         let (belief, located, report) = located.map_err(|source| RunError::Scan { cloud: file, source })?;
@@ -97,15 +95,6 @@ impl Scan {
     }
 }
 
-/// Moves a cloud into the world.
-fn place(cloud: &mut PointCloud, pose: ScanPose) {
-    let [roll, pitch, yaw] = pose.rpy_deg.map(f64::to_radians);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(roll, pitch, yaw));
-    let pose = Pose::from_parts(Translation3::from(Vector3::from(pose.xyz_mm) * 1e-3), rotation);
-    cloud.points.iter_mut().for_each(|p| *p = pose * *p);
-    cloud.normals.iter_mut().for_each(|n| *n = pose * *n);
-}
-
 /// The marks that cameras find; none where none are printed.
 fn marks(
     settings: &ScanSettings,
@@ -122,52 +111,6 @@ fn marks(
     let stated = settings.marks_at_mm.iter().map(|mm| Point2::from(mm.map(|x| x * 1e-3)));
     let places = if settings.marks_at_mm.is_empty() { sheet_corners(size) } else { stated.collect() };
     find_marks(truth, furniture, &nominal.sheet, &places, settings.marks_noise_mm * 1e-3, options, seed)
-}
-
-/// How well the canvas's place is known beforehand, and marks are measured.
-fn placement(s: &ScanSettings) -> Placement {
-    Placement { shift: s.placement_mm * 1e-3, turn: s.placement_deg.to_radians(), mark_noise: s.marks_noise_mm * 1e-3 }
-}
-
-fn meshing(s: &ScanSettings) -> MeshingOptions {
-    MeshingOptions {
-        margin: s.margin_mm * 1e-3,
-        voxel: s.voxel_mm * 1e-3,
-        outlier_deviations: s.outlier_deviations,
-        triangle: s.triangle_mm * 1e-3,
-        radius: s.smooth_mm.map(|mm| mm * 1e-3),
-        hole: s.hole_mm * 1e-3,
-    }
-}
-
-/// Settings of the scan: SI units.
-fn options(s: &ScanSettings) -> ScanOptions {
-    let point = |mm: [f64; 3]| Point3::from(mm.map(|x| x * 1e-3));
-    let views = if s.cameras.is_empty() {
-        Viewpoints::Around { count: s.views as usize, distance: s.distance_mm * 1e-3, slant: s.slant_deg.to_radians() }
-    } else {
-        let view = |c: &crate::scenario::ScanCamera| Viewpoint { eye: point(c.eye_mm), target: point(c.target_mm) };
-        Viewpoints::At(s.cameras.iter().map(view).collect())
-    };
-    ScanOptions {
-        camera: DepthCamera {
-            size_px: s.image_px.map(|px| px as usize),
-            field_of_view: s.field_of_view_deg.map(f64::to_radians),
-            baseline: s.baseline_mm * 1e-3,
-            range: s.range_mm.map(|mm| mm * 1e-3),
-            noise_px: s.noise_px,
-            window_px: s.window_px as usize,
-            disparity_step_px: s.disparity_step_px,
-            dropout: s.dropout,
-            mismatches: s.mismatches,
-            grazing: s.grazing_deg.to_radians(),
-        },
-        views,
-        calibration: s.calibration_mm * 1e-3,
-        calibration_angle: s.calibration_deg.to_radians(),
-        register: s.register,
-        meshing: meshing(s),
-    }
 }
 
 #[cfg(test)]

@@ -3,14 +3,14 @@ use std::sync::Arc;
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
-use super::{RunError, options, parked_arms};
+use super::RunError;
 use crate::drawing::Drawing;
 use crate::math::Pose;
 use crate::measure::TruthMetrics;
 use crate::mesh::TriMesh;
 use crate::pen::LayerPen;
 use crate::robot::{Arm, Cell};
-use crate::scenario::{BeliefKind, Scenario};
+use crate::scenario::{BeliefKind, Scenario, options};
 use crate::skill::GripperKit;
 use crate::surface::Scene;
 use crate::truth::Truth;
@@ -56,7 +56,7 @@ impl Setup {
     /// What the planner keeps clear of besides the canvas: the scene's furniture, then the robot's and its other arms.
     pub(super) fn obstacles(&self) -> Result<Vec<TriMesh>, RunError> {
         let mut obstacles: Vec<TriMesh> = self.scene.furniture.iter().map(|f| f.mesh.clone()).collect();
-        obstacles.extend(parked_arms::solids(&self.cell, &self.parked)?);
+        obstacles.extend(self.cell.solids(&self.parked)?);
         Ok(obstacles)
     }
 }
@@ -71,11 +71,11 @@ fn park(cell: &mut Cell, scenario: &Scenario) -> Result<Vec<Arm>, RunError> {
         }
         if cell.arms.len() > 1 && scenario.canvas.belief == BeliefKind::Touch {
             // what one arm learns by touch another doesn't know
-            parked_arms::arm_index(cell, None)?;
+            cell.arm_index(None)?;
         }
         return Ok(parked);
     }
-    let index = parked_arms::arm_index(cell, scenario.arm.as_deref())?;
+    let index = cell.arm_index(scenario.arm.as_deref())?;
     let arm = cell.arms.remove(index);
     if arm.gripper.is_some() && scenario.tools.is_none() {
         return Err(RunError::EmptyHand { arm: arm.model.name });

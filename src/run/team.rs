@@ -1,14 +1,14 @@
 //! The arms of a run as workers, each with its simulation and its policy.
 use std::sync::Arc;
 
+use super::RunError;
 use super::belief::Believed;
 use super::planning::{self, kits};
 use super::setup::Setup;
-use super::{RunError, options};
 use crate::exec::Worker;
 use crate::mesh::TriMesh;
 use crate::plan::{PlanOptions, VisitOrder};
-use crate::scenario::{Hold, Scenario};
+use crate::scenario::{Hold, Scenario, options};
 use crate::skill::{Drawer, FetchedPens, PlannedStrokes, TouchJob, TouchStrokes};
 use crate::surface::{Mapping, TouchedCanvas};
 use crate::twin::{ArmSetup, Feeling, Holding, Simulation, TrueScene};
@@ -26,6 +26,13 @@ pub(super) struct Team {
     pub places: planning::PenPlaces,
 }
 
+/// Who decides for each arm, and who waits for whom.
+struct Roster {
+    policies: Vec<Box<dyn Drawer>>,
+    order: VisitOrder,
+    places: planning::PenPlaces,
+}
+
 /// Puts the arms of a run together; `mapping` leads from the true canvas to the sheet.
 pub(super) fn team(
     scenario: &Scenario,
@@ -36,10 +43,10 @@ pub(super) fn team(
     let scene = Arc::new(TrueScene::new(&setup.truth, mapping, setup.pens.clone()));
     let plan_options = Arc::new(options::plan_options(scenario, &setup.pens));
     let drawers = drawers(scenario, setup, believed, &plan_options)?;
-    let (policies, order, places) = if setup.fetches() {
+    let Roster { policies, order, places } = if setup.fetches() {
         fetching(scenario, setup, believed, drawers, &plan_options)?
     } else {
-        (drawers, VisitOrder::free(1), Vec::new())
+        Roster { policies: drawers, order: VisitOrder::free(1), places: Vec::new() }
     };
     let ground = [setup.obstacles()?.as_slice(), std::slice::from_ref(setup.truth.canvas().mesh())].concat();
     let holding = holding(scenario);
@@ -140,14 +147,13 @@ fn by_touch(scenario: &Scenario, setup: &Setup, options: &Arc<PlanOptions>) -> R
 }
 
 /// Has the pens fetched for those who draw.
-#[allow(clippy::type_complexity, reason = "replaced by a struct")]
 fn fetching(
     scenario: &Scenario,
     setup: &Setup,
     believed: &Believed,
     drawers: Vec<Box<dyn Drawer>>,
     options: &Arc<PlanOptions>,
-) -> Result<(Vec<Box<dyn Drawer>>, VisitOrder, planning::PenPlaces), RunError> {
+) -> Result<Roster, RunError> {
     let kits = kits(setup)?;
     let places = match (&believed.planning, &scenario.tools) {
         (Some(planning), _) => planning.places.clone(),
@@ -162,5 +168,5 @@ fn fetching(
         policies.push(Box::new(FetchedPens::new(drawer, Arc::clone(kit), docks.clone(), around, Arc::clone(options))?));
     }
     let order = believed.planning.as_ref().map_or_else(|| VisitOrder::free(policies.len()), |p| p.order.clone());
-    Ok((policies, order, places))
+    Ok(Roster { policies, order, places })
 }

@@ -4,27 +4,17 @@ use std::collections::BTreeSet;
 use super::RunError;
 use super::planning::{holding, kits};
 use super::setup::Setup;
-use crate::exec::{Done, Visit};
+use crate::exec::{Distances, Done, Visit};
 use crate::math::stats::quantile;
 use crate::math::{Digest, wilson};
 use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
-use crate::plan::{Motion, Nearest, Plan, SegmentKind, nearest};
-use crate::robot::{ArmModel, JointVector};
+use crate::plan::{Nearest, Plan};
 use crate::scenario::Scenario;
 use crate::skill::{Order, Stage, TaskFailure};
 use crate::twin::grasp::{ChangeRecord, GOOD_SEAT};
 
-/// Time between looks at how near arms are, s.
-const LOOK: f64 = 0.01;
 /// Length of a step, s.
 const STEP: f64 = 1e-3;
-
-/// How near any two arms come: as planned, and as simulated.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Distances {
-    planned: Option<Nearest>,
-    simulated: Option<Nearest>,
-}
 
 /// The least distances of all pairs of arms.
 ///
@@ -36,28 +26,11 @@ pub(super) fn distances<P>(
     plan: &Plan,
     done: &[Done<P>],
 ) -> Result<Distances, RunError> {
-    let models = holding(setup, &kits(setup)?)?;
-    let planned: Vec<Way> = plan.arms.iter().zip(done).map(|(arm, d)| desired_way(arm, d)).collect();
-    let simulated: Vec<Way> =
-        done.iter().map(|d| d.log.samples.iter().map(|s| (s.time, joints(&s.q))).collect()).collect();
-    let distances = Distances { planned: least(&models, &planned), simulated: least(&models, &simulated) };
+    let distances = Distances::of(&holding(setup, &kits(setup)?)?, plan, done);
     if let Some(tools) = &scenario.tools {
         keep_apart(distances.planned, tools.margin_mm)?;
     }
     Ok(distances)
-}
-
-type Way = Vec<(f64, JointVector)>;
-
-fn joints(q: &[f64]) -> JointVector {
-    JointVector::from_fn(|i, _| q.get(i).copied().unwrap_or(0.0))
-}
-
-fn least(models: &[ArmModel], ways: &[Way]) -> Option<Nearest> {
-    let motion = |i: usize| Motion { arm: &models[i], way: ways[i].clone() };
-    let pairs = (0..ways.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    let near = pairs.filter_map(|(a, b)| nearest(&motion(b), &motion(a), LOOK));
-    near.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
 /// Refuses a plan in which arms come nearer than they may.
@@ -66,25 +39,6 @@ fn keep_apart(nearest: Option<Nearest>, margin_mm: f64) -> Result<(), RunError> 
         Some(n) => Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm }),
         None => Ok(()),
     }
-}
-
-/// An arm's joints over the time of the run: as desired where it travels and draws, as they were in tool changes.
-fn desired_way<P>(arm: &crate::plan::ArmPlan, done: &Done<P>) -> Way {
-    let mut way = Vec::new();
-    let mut changes = done.log.changes.iter();
-    for segment in &arm.segments {
-        if segment.kind == SegmentKind::ChangeTool {
-            let motion = changes.next().map_or(&[][..], |c| &c.motion);
-            way.extend(motion.iter().enumerate().map(|(i, m)| (segment.start + i as f64 * ChangeRecord::PERIOD, m.q)));
-            continue;
-        }
-        let (mut cursor, count) = (0, (segment.trajectory.duration() / LOOK).ceil() as usize);
-        for i in 0..=count {
-            let t = (i as f64 * LOOK).min(segment.trajectory.duration());
-            way.push((segment.start + t, segment.trajectory.sample(t, &mut cursor).q));
-        }
-    }
-    way
 }
 
 /// Figures of all tool changes.

@@ -1,6 +1,8 @@
 //! A drawing on a believed surface and a robot, to timed joint motion.
 
+mod assembly;
 mod depth;
+mod error;
 mod field;
 mod ik;
 mod motion;
@@ -25,10 +27,12 @@ mod visit_order;
 mod waypoint;
 mod zone;
 
+pub use assembly::PlanStatistics;
 pub use depth::{DepthProfile, DepthSample, PressDepths};
+pub use error::PlanError;
 pub use ik::{AXIS_TOLERANCE, IkFailure, IkSolution, IkSolver, POSITION_TOLERANCE, PenTarget, Posture, dexterity};
 pub use options::{MotionLimits, PlanOptions};
-pub use planner::{PlanError, PlanJob, PlanStatistics, Planned, plan};
+pub use planner::{PlanJob, Planned, plan};
 pub use reach::{Obstruction, ReachReport, Unreachable};
 pub use reach_grid::{GridError, MOST_NODES, ReachGrid};
 pub use reachability::{Reach, ReachMap, ReachProbe};

@@ -63,6 +63,30 @@ pub struct ArmPlan {
     pub segments: Vec<Segment>,
 }
 
+impl ArmPlan {
+    /// The segments cut where the pen is changed: each piece begins and ends at rest in the waiting pose, its time at 0.
+    pub fn visits(&self) -> Vec<Vec<Segment>> {
+        let mut pieces: Vec<Vec<Segment>> = vec![Vec::new()];
+        for segment in self.segments.clone() {
+            match (segment.kind, pieces.last_mut()) {
+                (SegmentKind::ChangePen, _) => pieces.push(Vec::new()),
+                (_, Some(piece)) => piece.push(segment),
+                _ => {}
+            }
+        }
+        pieces.retain(|p| !p.is_empty());
+        for piece in &mut pieces {
+            // the way to the next pen is still made with this one
+            let (began, layer) = (piece[0].start, piece[0].layer);
+            for segment in piece {
+                segment.start -= began;
+                segment.layer = layer;
+            }
+        }
+        pieces
+    }
+}
+
 /// What every arm does. Times are common to all arms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {

@@ -144,7 +144,6 @@ impl StepPlanner {
     ///
     /// # Errors
     /// What is in the way.
-    #[allow(clippy::too_many_arguments)]
     pub fn approach(
         &self,
         canvas: &BelievedCanvas,

@@ -224,3 +224,45 @@ fn nearer(
         *clearance = Clearance { excess: distance - margin, contact: Some(contact) };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::robot::Cell;
+
+    #[test]
+    fn two_arms_are_clear_of_each_other_of_themselves_and_of_their_stand() {
+        let cell = Cell::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/dual_ur5e.toml")).unwrap();
+        assert_eq!(cell.arms.len(), 2);
+        let far = shapes::rectangle(0.1, 0.1, 0.0, 0.1).unwrap().transformed(&Pose::translation(0.0, 0.0, -5.0));
+        let tips: Vec<_> = cell.arms.iter().map(|a| *a.model.kinematics(&a.home).world_from_tip()).collect();
+        for (i, tip) in tips.iter().enumerate() {
+            let (arm, other) = (&cell.arms[i], &cell.arms[1 - i]);
+            let solids = cell.solids([other]).unwrap();
+            let around = Surroundings::new(&arm.model, &far, &solids, &PlanOptions::default());
+            for (pose, q) in [("home", &arm.home), ("service", &arm.service)] {
+                let clearance = around.clearance(&arm.model.kinematics(q), PenUse::Travelling);
+                assert!(clearance.is_clear(), "{} {pose}: {clearance:?}", arm.model.name);
+            }
+            // both look at one canvas ahead
+            assert!((tip * Vector3::z() - Vector3::x()).norm() < 0.01, "{}", tip);
+            assert!((tip.translation.x - 0.6).abs() < 0.005, "{}", tip);
+            let parked = arm.model.kinematics(&arm.service).world_from_tip().translation.vector;
+            assert!(parked.y.abs() > 0.7, "{parked}");
+        }
+        assert!((tips[0].translation.y + tips[1].translation.y).abs() < 1e-3, "they are mirror images");
+        // at home the two don't meet either
+        let [left, right] = [0, 1].map(|i| {
+            let arm = &cell.arms[i];
+            arm.model.capsules(&arm.model.kinematics(&arm.home), 0).collect::<Vec<_>>()
+        });
+        for (a, b) in left.iter().flat_map(|a| right.iter().map(move |b| (a, b))) {
+            assert!(a.distance(b) > 0.1);
+        }
+    }
+}

@@ -3,7 +3,11 @@
 //! A schedule of planned durations gives the order; it is then kept whatever the durations really are, so no plan is made anew and no
 //! arm waits for ever (Hönig et al. 2019, Persistent and Robust Execution of MAPF Schedules in Warehouses,
 //! doi:10.1109/LRA.2019.2894217).
+use rayon::prelude::*;
+
 use super::schedule::{Piece, Turn, schedule};
+use super::{Segment, Space, Sweep, Zone};
+use crate::robot::ArmModel;
 
 /// For each visit, the visits of other arms that come before it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -15,6 +19,36 @@ impl VisitOrder {
     /// Arms that are in nobody's way.
     pub fn free(arms: usize) -> Self {
         Self { before: vec![Vec::new(); arms] }
+    }
+
+    /// Who waits for whom: arms are over the canvas together where the cells that they sweep with a margin around them are not the same. `visits` are the
+    /// segments of each visit by arm, `margin` is in m, `change` how long an arm is away between two visits, s.
+    pub fn between(visits: &[Vec<Vec<Segment>>], models: &[ArmModel], margin: f64, change: f64) -> Self {
+        if visits.len() < 2 {
+            return Self::free(visits.len());
+        }
+        let swept = |(visits, arm): (&Vec<Vec<Segment>>, &ArmModel)| -> Vec<Sweep> {
+            visits.par_iter().map(|v| Sweep::new(arm, &v.iter().collect::<Vec<_>>())).collect()
+        };
+        let sweeps: Vec<Vec<Sweep>> = visits.iter().zip(models).map(swept).collect();
+        // for each pair of arms the zones of either in the space that both reach
+        let mut zones: Vec<Vec<[Vec<Zone>; 2]>> = Vec::new();
+        for a in 0..sweeps.len() {
+            zones.push(Vec::new());
+            for b in 0..a {
+                let [one, other] = [a, b].map(|i| sweeps[i].iter().collect::<Vec<_>>());
+                let space = Space::between(&one, &other, margin);
+                zones[a].push([a, b].map(|i| sweeps[i].par_iter().map(|s| space.zone(s)).collect()));
+            }
+        }
+        let clash = |(a, i): Turn, (b, j): Turn| {
+            let (a, i, b, j) = if a > b { (a, i, b, j) } else { (b, j, a, i) };
+            let [one, other] = &zones[a][b];
+            one[i].meets(&other[j])
+        };
+        let durations: Vec<Vec<f64>> =
+            visits.iter().map(|visits| visits.iter().map(|v| v.last().map_or(0.0, Segment::end)).collect()).collect();
+        Self::of(&durations, change, &clash)
     }
 
     /// The order of the visits of arms: `visits` has how long each of them is planned to take, s, by arm; before each visit an arm is

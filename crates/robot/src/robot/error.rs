@@ -2,11 +2,48 @@
 use std::path::PathBuf;
 
 use crate::diagnostic::ConfigError;
+use crate::mesh::MeshError;
 
 /// A robot description that can't be used, with the file and line to look at and what would be right.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RobotError {
+    /// A robot of several arms, and nobody said which draws.
+    #[error("{robot} has the arms {arms}: say which of them draws, as `arm = \"NAME\"`")]
+    WhichArm {
+        /// Name of the robot.
+        robot: String,
+        /// Names of its arms.
+        arms: String,
+    },
+    /// The robot has no arm of that name.
+    #[error("{robot} has no arm `{name}`, but {arms}")]
+    NoSuchArm {
+        /// Name of the robot.
+        robot: String,
+        /// The name asked for.
+        name: String,
+        /// Names of its arms.
+        arms: String,
+    },
+    /// An arm that stands still makes no solid.
+    #[error("arm {arm}: {source}")]
+    StandingArm {
+        /// Its name.
+        arm: String,
+        /// Why not.
+        source: MeshError,
+    },
+    /// A thing beside the robot makes no solid.
+    #[error("furniture {index} of {robot}: {source}")]
+    Furniture {
+        /// Name of the robot.
+        robot: String,
+        /// Index of the thing in the robot file.
+        index: usize,
+        /// Why not.
+        source: MeshError,
+    },
     /// A file can't be read at all.
     #[error("{}: {source}", file.display())]
     Unreadable {

@@ -9,6 +9,7 @@ mod gripper;
 mod inertia;
 mod kinematics;
 mod model;
+mod solids;
 pub mod urdf;
 
 pub use cell::{Arm, Cell};

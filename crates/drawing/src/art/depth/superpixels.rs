@@ -52,6 +52,14 @@ pub struct Superpixels {
     pub cells: Vec<Superpixel>,
 }
 
+/// Pixels in Oklab, row by row.
+#[derive(Clone, Copy)]
+struct Pixels<'a> {
+    lab: &'a [[f32; 3]],
+    width: usize,
+    height: usize,
+}
+
 #[derive(Clone, Copy)]
 struct Center {
     x: f32,
@@ -72,7 +80,7 @@ pub fn slic(lab: &[[f32; 3]], width: usize, regions: Option<&[u16]>, options: &S
     let mut centers = seeds(lab, width, height, step, &region);
     let mut labels = vec![NONE; lab.len()];
     for _ in 0..options.iterations.max(1) {
-        assign(lab, width, height, step, options.compactness, &region, &centers, &mut labels);
+        assign(Pixels { lab, width, height }, step, options.compactness, &region, &centers, &mut labels);
         update(lab, width, &labels, &mut centers);
     }
     let smallest = ((step * step * 0.25) as usize).max(1);
@@ -123,11 +131,8 @@ fn distance2(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 /// Gives each pixel the nearest centre in colour and place, among those of its region within a step.
-#[allow(clippy::too_many_arguments)]
 fn assign(
-    lab: &[[f32; 3]],
-    width: usize,
-    height: usize,
+    Pixels { lab, width, height }: Pixels,
     step: f32,
     compactness: f32,
     region: &(impl Fn(usize) -> u16 + Sync),

@@ -3,7 +3,6 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
 
-use super::RunError;
 use crate::drawing::{Drawing, StrokeRef};
 
 /// What of a drawing is drawn.
@@ -17,18 +16,38 @@ pub enum Part {
     Rectangle([f64; 4]),
 }
 
-/// Why a part can't be read.
+/// Why a part can't be read, or isn't there.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "`{0}` is no part of a drawing: say inks=RED,BLUE, strokes=10-20 or rect=LEFT,BOTTOM,RIGHT,TOP (mm from the sheet's middle)"
-)]
-pub struct PartError(String);
+#[non_exhaustive]
+pub enum PartError {
+    /// The text means no part.
+    #[error(
+        "`{0}` is no part of a drawing: say inks=RED,BLUE, strokes=10-20 or rect=LEFT,BOTTOM,RIGHT,TOP (mm from the sheet's middle)"
+    )]
+    Text(String),
+    /// An ink that the drawing hasn't.
+    #[error("the drawing has no ink {ink}, but {inks}")]
+    NoSuchInk {
+        /// The ink asked for.
+        ink: String,
+        /// Those that there are.
+        inks: String,
+    },
+    /// A part with nothing in it.
+    #[error("{part}: none of the drawing's {strokes} strokes is in this part")]
+    Nothing {
+        /// The part.
+        part: String,
+        /// Strokes of the drawing.
+        strokes: usize,
+    },
+}
 
 impl FromStr for Part {
     type Err = PartError;
 
     fn from_str(text: &str) -> Result<Self, PartError> {
-        let wrong = || PartError(text.to_string());
+        let wrong = || PartError::Text(text.to_string());
         let (what, which) = text.split_once('=').ok_or_else(wrong)?;
         match what {
             "inks" => {
@@ -67,12 +86,12 @@ impl Part {
     ///
     /// # Errors
     /// Nothing of the drawing is in it.
-    pub(super) fn of(&self, drawing: &Drawing) -> Result<Drawing, RunError> {
+    pub(crate) fn of(&self, drawing: &Drawing) -> Result<Drawing, PartError> {
         if let Self::Inks(inks) = self
             && let Some(missing) = inks.iter().find(|i| drawing.layers.iter().all(|l| l.name != **i))
         {
             let known = drawing.layers.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(RunError::NoSuchInk { ink: missing.clone(), inks: known });
+            return Err(PartError::NoSuchInk { ink: missing.clone(), inks: known });
         }
         let kept: Vec<StrokeRef> = drawing
             .sequence()
@@ -82,7 +101,7 @@ impl Part {
             .map(|(_, r)| r)
             .collect();
         if kept.is_empty() {
-            return Err(RunError::NothingInPart { part: self.to_string(), strokes: drawing.stroke_count() });
+            return Err(PartError::Nothing { part: self.to_string(), strokes: drawing.stroke_count() });
         }
         let mut part = drawing.clone();
         let mut place = vec![Vec::new(); drawing.layers.len()];
@@ -149,8 +168,8 @@ mod tests {
         assert_eq!(count("strokes=2-4"), [2, 1]);
         assert_eq!(count("strokes=3"), [1, 0]);
         assert_eq!(count("rect=-15,-1,15,11"), [2, 1]);
-        assert!(matches!("inks=green".parse::<Part>().unwrap().of(&drawing()), Err(RunError::NoSuchInk { .. })));
-        assert!(matches!("strokes=9-12".parse::<Part>().unwrap().of(&drawing()), Err(RunError::NothingInPart { .. })));
+        assert!(matches!("inks=green".parse::<Part>().unwrap().of(&drawing()), Err(PartError::NoSuchInk { .. })));
+        assert!(matches!("strokes=9-12".parse::<Part>().unwrap().of(&drawing()), Err(PartError::Nothing { .. })));
     }
 
     proptest! {

@@ -2,10 +2,11 @@
 use crate::control::{ImpedanceOptions, LawKind, LawOptions, PositionOptions};
 use crate::pen::LayerPen;
 use crate::plan::{PlanOptions, PressDepths};
-use crate::scenario::{Scenario, ToolSettings, TouchSettings};
 use crate::skill::{GripperOptions, TouchOptions};
 use crate::truth::{ErrorRanges, GripperTruth, TruthSpec};
 use crate::twin::TwinOptions;
+
+use super::{Scenario, ToolSettings, TouchSettings};
 
 /// How deep each layer's pen is pressed: as the scenario says, and for a desired width as the pen's force for it asks.
 fn press_depths(s: &Scenario, pens: &[LayerPen]) -> PressDepths {
@@ -22,7 +23,7 @@ fn press_depths(s: &Scenario, pens: &[LayerPen]) -> PressDepths {
 }
 
 /// Settings of the planner.
-pub(super) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
+pub(crate) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
     PlanOptions {
         pen_speed: s.control.speed_mm_s * 1e-3,
         landing_speed: s.control.landing_speed_mm_s * 1e-3,
@@ -41,7 +42,7 @@ pub(super) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
 }
 
 /// The law that moves the arms.
-pub(super) fn law(s: &Scenario) -> LawOptions {
+pub(crate) fn law(s: &Scenario) -> LawOptions {
     match s.control.law {
         LawKind::Impedance => LawOptions::Impedance(impedance_options(s)),
         LawKind::Position => LawOptions::Position(PositionOptions {
@@ -68,7 +69,7 @@ fn impedance_options(s: &Scenario) -> ImpedanceOptions {
 }
 
 /// Settings of the simulation.
-pub(super) fn twin_options(s: &Scenario) -> TwinOptions {
+pub(crate) fn twin_options(s: &Scenario) -> TwinOptions {
     TwinOptions {
         plant: s.sim.plant,
         sample_period: 1.0 / s.sim.record_hz,
@@ -80,7 +81,7 @@ pub(super) fn twin_options(s: &Scenario) -> TwinOptions {
 }
 
 /// Settings of drawing by touch.
-pub(super) fn touch_options(s: &Scenario, touch: &TouchSettings) -> TouchOptions {
+pub(crate) fn touch_options(s: &Scenario, touch: &TouchSettings) -> TouchOptions {
     TouchOptions {
         range: touch.range_mm.map(|mm| mm * 1e-3),
         probes: touch.probes as usize,
@@ -94,7 +95,7 @@ pub(super) fn touch_options(s: &Scenario, touch: &TouchSettings) -> TouchOptions
 }
 
 /// How the design of pen tools is changed, and how often a change is tried.
-pub(super) fn gripper_options(tools: &ToolSettings) -> GripperOptions {
+pub(crate) fn gripper_options(tools: &ToolSettings) -> GripperOptions {
     GripperOptions {
         plates: tools.plates,
         bevels: tools.bevels,
@@ -107,7 +108,7 @@ pub(super) fn gripper_options(tools: &ToolSettings) -> GripperOptions {
 }
 
 /// How truth may differ from belief; `friction` is that of the canvas.
-pub(super) fn truth_spec(s: &Scenario, friction: f64) -> TruthSpec {
+pub(crate) fn truth_spec(s: &Scenario, friction: f64) -> TruthSpec {
     let tools = s.tools.clone().unwrap_or_default();
     let docks = ErrorRanges {
         xy: tools.dock_xy_mm * 1e-3,
