@@ -13,9 +13,6 @@ pub use calamus_geometry::{diagnostic, files, math, mesh};
 pub use calamus_robot::{control, pen, plan, reconstruct, robot, skill, surface, tool};
 pub use calamus_twin::{camera, ink, truth, twin};
 
-/// Names this build: a digest of its sources and of the compiler.
-pub const BUILD: &str = env!("CALAMUS_BUILD");
-
 pub mod artwork;
 pub mod exec;
 pub mod experiment;

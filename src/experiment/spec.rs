@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use crate::diagnostic::{self, ConfigError};
 use crate::files;
 use crate::math::{Digest, stream};
-use crate::run::Inputs;
+use crate::run::{BUILD, Inputs};
 use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError};
 
 use super::ExperimentError;
@@ -313,7 +313,7 @@ impl Experiment {
     /// build, the experiment but for its name and what is made of results, the base scenario, and all files that are read.
     fn check_trials(&self) -> Result<String, ExperimentError> {
         let mut digest = Digest::new();
-        digest.bytes(crate::BUILD.as_bytes()).bytes(self.base_text.as_bytes());
+        digest.bytes(BUILD.as_bytes()).bytes(self.base_text.as_bytes());
         let mut inputs = Inputs::default();
         for index in 0..self.total() {
             let trial = self.trial(index)?;

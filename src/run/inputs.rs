@@ -12,6 +12,9 @@ use crate::scenario::{Artwork, Generator, Scenario};
 use crate::surface::Scene;
 use crate::tool::ToolSet;
 
+/// Names this build: a digest of its sources and of the compiler.
+pub const BUILD: &str = env!("CALAMUS_BUILD");
+
 /// The files of one or more scenarios, with digests of what is in them.
 #[derive(Default)]
 pub struct Inputs {

@@ -28,7 +28,7 @@ use crate::scenario::{Scenario, Sketch};
 pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
-pub use inputs::Inputs;
+pub use inputs::{BUILD, Inputs};
 
 use belief::{believe, prepare};
 use perform::perform;
@@ -126,8 +126,7 @@ fn journal(scenario: &Scenario, manner: &Manner, toml: &str, out: &OutputDir) ->
     let digest = |text: &str| crate::math::Digest::new().bytes(text.as_bytes()).hex();
     let mut inputs = Inputs::default();
     inputs.add(scenario)?;
-    let mut key =
-        format!("the program: {}\nthe scenario: {}\nthe part: {}\n", crate::BUILD, digest(toml), digest(&only));
+    let mut key = format!("the program: {}\nthe scenario: {}\nthe part: {}\n", BUILD, digest(toml), digest(&only));
     for (file, of_file) in inputs.files() {
         key += &format!("{}: {of_file}\n", file.display());
     }
