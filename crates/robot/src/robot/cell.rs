@@ -210,9 +210,13 @@ fn ride(base: &BaseFile, files: &[ArmFile], arms: &mut [Arm], text: &str, file: 
         return Err(wrong("base", "an arm on a driven base draws with a `tool`; a `gripper` can't be simulated there"));
     }
     if written.pose.is_some() {
-        return Err(wrong("arm.pose", "the base's mount says where the arm stands: leave out `pose`, or give the base's in `[base]`"));
+        return Err(wrong(
+            "arm.pose",
+            "the base's mount says where the arm stands: leave out `pose`, or give the base's in `[base]`",
+        ));
     }
-    let transport = posture(&base.transport_deg, &arm.model).map_err(|message| wrong("base.transport_deg", &message))?;
+    let transport =
+        posture(&base.transport_deg, &arm.model).map_err(|message| wrong("base.transport_deg", &message))?;
     let (model, notes) = base.read(text, file, transport)?;
     model.carry(&mut arm.model);
     arm.notes.extend(notes);

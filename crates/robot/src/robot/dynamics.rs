@@ -36,11 +36,7 @@ impl BodyInertia {
 
     /// Both bodies as one.
     pub(super) fn joined(&self, other: &Self) -> Self {
-        Self {
-            mass: self.mass + other.mass,
-            moment: self.moment + other.moment,
-            inertia: self.inertia + other.inertia,
-        }
+        Self { mass: self.mass + other.mass, moment: self.moment + other.moment, inertia: self.inertia + other.inertia }
     }
 }
 

@@ -12,11 +12,10 @@ mod inertia;
 mod kinematics;
 mod mecanum;
 mod model;
+mod mount;
 pub mod urdf;
 
-pub use base::{
-    BaseLimits, BaseModel, BasePose, Rocker, Tyre, WHEELS, WheelModel, WheelMotor, WheelSprings,
-};
+pub use base::{BaseLimits, BaseModel, BasePose, Rocker, Tyre, WHEELS, WheelModel, WheelMotor, WheelSprings};
 pub use cell::{Arm, Cell};
 pub use clearance::{LinkPairs, SelfClearance, segment_distance};
 pub use dynamics::{GRAVITY, JointMatrix};
@@ -28,4 +27,5 @@ pub use mecanum::{Mecanum, Odometry, Twist, WheelSpeeds, along_arc};
 pub use model::{
     ArmModel, Capsule, JointKind, JointModel, JointVector, LinkModel, MAX_DOF, SpatialInertia, Visual, VisualShape,
 };
+pub use mount::{Foot, MountModel};
 pub use urdf::{UrdfArm, UrdfOptions};
