@@ -16,7 +16,10 @@ mod simulation;
 mod tool_change;
 
 pub use arm::TwinArm;
-pub use base::{MobilePlant, Undercarriage, Wheel, WheelCommand};
+pub use base::{
+    BaseSetup, DriveState, Driven, Localiser, LocaliserKind, LocaliserOptions, MobilePlant, Undercarriage, Wheel,
+    WheelCommand,
+};
 pub use contact::{Contact, Nib, Touching};
 pub use log::{ArmEnding, ArmLog, ArmStory, Totals};
 pub use options::{PlantKind, TwinOptions};

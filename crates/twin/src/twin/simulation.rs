@@ -35,6 +35,15 @@ pub enum TwinError {
     /// rapier takes no such chain.
     #[error("rapier refused the robot's chain of joints")]
     Refused,
+    /// Wheels that can't drive a base in all three ways.
+    #[error("the base's wheels can't drive it ahead, sideways and round: give left and right rollers mirrored angles")]
+    NoWheels,
+    /// A drive of an arm that stands on no base.
+    #[error("arm {arm} can't drive: it stands on no driven base")]
+    NoBase {
+        /// Name of the arm.
+        arm: String,
+    },
     /// The physics of a grasp broke.
     #[error("a tool change of arm {arm}: {source}")]
     Grasp {
@@ -297,6 +306,13 @@ impl Simulation {
         Ok(None)
     }
 
+    /// Ends a segment in which the arm only stood.
+    pub(super) fn end_standing(&mut self) {
+        if self.state.arm.is_entered() {
+            self.leave(Stop::default());
+        }
+    }
+
     /// Whether a motion has come to its end: the last of a timeline settles for one step.
     fn is_over(&self, movement: &Move) -> bool {
         let end = movement.segment.end();
@@ -344,6 +360,9 @@ impl Simulation {
             return Err(TwinError::NotFinite { arm: self.state.arm.model.name.clone(), time });
         }
         self.refresh();
+        if let (ArmPlant::Mobile(p), Some(base)) = (&self.state.plant, &mut self.state.base) {
+            base.read(p, dt);
+        }
         Ok(self.overloaded(&out.force, &measured))
     }
 

@@ -1,12 +1,18 @@
 //! The true base against closed forms.
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3, Vector6};
 
-use super::{MobilePlant, WheelCommand};
-use crate::control::{PositionController, PositionOptions, Reference};
+use super::{BaseSetup, Localiser, LocaliserKind, MobilePlant, WheelCommand};
+use crate::control::{
+    DriveOptions, DrivePath, ImpedanceOptions, LawOptions, PositionController, PositionOptions, Reference,
+};
+use crate::pen::{LayerPen, PenModel};
 use crate::robot::{Arm, BaseModel, BasePose, Cell, GRAVITY, JointVector, Mecanum, MountModel, Odometry, Twist};
-use crate::twin::{PlantKind, TipForce};
+use crate::surface::{Projection, Scene};
+use crate::truth::TrueCanvas;
+use crate::twin::{ArmSetup, PlantKind, Simulation, TipForce, TrueScene, TwinOptions};
 
 const DT: f64 = 1e-3;
 const PLANTS: [PlantKind; 2] = [PlantKind::Rapier, PlantKind::Articulated];
@@ -204,6 +210,91 @@ fn a_parked_base_stays_and_one_on_a_proportional_loop_creeps() {
     base.motor.hold_gain = 0.0;
     let slips = creep(&arm, &base) * hundred_minutes;
     assert!(slips > 0.5, "a proportional loop: {slips} m in 100 min");
+}
+
+/// The robot before a wall, all as it believes.
+fn simulation(kind: PlantKind, localiser: Option<Localiser>) -> (Simulation, BaseModel) {
+    let (arm, base) = robot();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scene = Scene::read(&scenes.join("column.toml")).expect("the scene loads");
+    let canvas = TrueCanvas::nominal(scene.canvas);
+    let mapping = Box::new(Projection::new(canvas.reveal()));
+    let pen = PenModel::named("fineliner_08").expect("a known pen");
+    let pens = vec![LayerPen { pen, ink: "black".into() }];
+    let scene = Arc::new(TrueScene { canvas, friction: 0.3, compliance: 0.0, mapping, pens });
+    let (model, believed) = (arm.model.clone(), arm.model);
+    let start = base.transport;
+    let setup =
+        ArmSetup { index: 0, model, believed, start, layer: 0, gripper: None, colors: vec![crate::math::Rgb([0; 3])] };
+    // far from the column
+    let pose = BasePose { x: -3.0, y: 2.0, yaw: 0.5 };
+    let mobile = BaseSetup { base: base.clone(), believed: base.clone(), pose, believed_pose: pose, localiser };
+    let options = TwinOptions { plant: kind, ..TwinOptions::default() };
+    let law = LawOptions::Impedance(ImpedanceOptions::default());
+    (Simulation::on_base(setup, mobile, scene, law, &options).expect("begins"), base)
+}
+
+#[test]
+fn a_drive_ends_where_the_wheels_tell_and_short_of_it_sideways() {
+    let localiser = Localiser::new(LocaliserKind::Perfect.options(), 1, 0);
+    let (mut simulation, base) = simulation(PlantKind::Articulated, Some(localiser));
+    let (sin, cos) = 0.5f64.sin_cos();
+    // half a metre to the left
+    let stop = BasePose { x: -3.0 - 0.5 * sin, y: 2.0 + 0.5 * cos, yaw: 0.5 };
+    let path = DrivePath { stops: vec![stop], options: DriveOptions::default() };
+    // slices make no difference
+    let mut halfway = None;
+    let driven = loop {
+        if let Some(driven) = simulation.drive(&path, 700).expect("drives") {
+            break driven;
+        }
+        halfway.get_or_insert_with(|| simulation.state().clone());
+    };
+    assert!(driven.arrived);
+    let far = |a: &BasePose, b: &BasePose| (a.x - b.x).hypot(a.y - b.y);
+    assert!(far(&driven.belief.by_wheels, &stop) < 1.1e-3, "{driven:?}");
+    let truth = *simulation.true_base().expect("has a base").reveal();
+    let short = far(&BasePose::of(&truth), &stop) / 0.5;
+    assert!((0.02..0.04).contains(&short), "{short}");
+    // the perfect sensor tells, and the law believes it
+    let measured = driven.belief.measured.expect("has a sensor");
+    assert!((measured.translation.vector - truth.translation.vector).norm() < 1e-4);
+    simulation.believe_base(&measured);
+    let believed = simulation.locate().expect("has a base").by_wheels;
+    assert!(far(&believed, &BasePose::of(&truth)) < 1e-4);
+    let tip = truth * base.base_from_arm;
+    let told = simulation.state().arm.controller.model().world_from_base;
+    assert!((told.translation.vector - tip.translation.vector).norm() < 1e-4);
+    // a saved state drives on to the same end
+    let (mut again, _) =
+        self::simulation(PlantKind::Articulated, Some(Localiser::new(LocaliserKind::Perfect.options(), 1, 0)));
+    let bytes = postcard::to_stdvec(&halfway.expect("took a while")).expect("has a serial form");
+    again.restore(postcard::from_bytes(&bytes).expect("can be read"));
+    let second = loop {
+        if let Some(driven) = again.drive(&path, 10_000).expect("drives") {
+            break driven;
+        }
+    };
+    assert_eq!(second, driven);
+}
+
+#[test]
+fn a_fixed_arm_cannot_drive() {
+    let (arm, _) = robot();
+    let (mobile, _) = simulation(PlantKind::Articulated, None);
+    let setup = ArmSetup {
+        index: 0,
+        model: arm.model.clone(),
+        believed: arm.model,
+        start: arm.home,
+        layer: 0,
+        gripper: None,
+        colors: vec![crate::math::Rgb([0; 3])],
+    };
+    let law = LawOptions::Impedance(ImpedanceOptions::default());
+    let mut fixed = Simulation::new(setup, Arc::clone(&mobile.scene), law, &TwinOptions::default()).expect("begins");
+    let error = fixed.drive(&DrivePath::default(), 10).expect_err("stands on the floor");
+    assert!(error.to_string().contains("stands on no driven base"), "{error}");
 }
 
 #[test]
