@@ -17,6 +17,9 @@ const RADIUS: f64 = 75.9;
 const HALF_WIDTH: f64 = 39.5;
 /// Rollers of a wheel.
 const ROLLERS: usize = 10;
+/// How far the body's corners are cut, and how far its sides lean in below, mm.
+const CORNER: f64 = 100.0;
+const LEAN: f64 = 62.0;
 
 /// Every mesh of the base, by file name.
 pub fn parts() -> Vec<(String, Mesh)> {
@@ -26,17 +29,13 @@ pub fn parts() -> Vec<(String, Mesh)> {
     let mut add = |name: &str, mesh: Mesh| parts.push((format!("ridgeback_{name}"), mesh));
     add("body", body());
     let belly = prism(&plan(462.0, 222.0, 30.0), 22.0, 150.0);
-    let rims = [-1.0, 1.0].map(|side| {
-        prism(&plan(484.0, 400.5, 132.0), if side < 0.0 { 96.0 } else { 214.0 }, if side < 0.0 { 112.0 } else { 226.0 })
-    });
-    let [low, high] = rims;
-    add("trim", belly.with(low.with(high)));
-    let deck = prism(&plan(440.0, 360.0, 120.0), 244.0, 252.0);
-    let riser = prism(&diamond(348.6), 246.0, 306.0);
+    add("trim", belly.with(prism(&plan(484.0, 400.5, CORNER), 206.0, 222.0)));
+    let deck = prism(&plan(450.0, 368.0, 92.0), 244.0, 252.0);
+    let riser = prism(&diamond(270.0), 246.0, 306.0);
     add("deck", deck.with(riser));
     let lights = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(sx, sy)| {
         let out = Vector3::new(sx, sy, 0.0).normalize();
-        lid(26.0, 6.0, at(sx * 411.0, sy * 328.0, 165.0), out)
+        lid(20.0, 6.0, at(sx * 428.0, sy * 344.5, 182.0), out)
     });
     add("lights", lights.into_iter().fold(Mesh::default(), Mesh::with));
     add("cabinet", cabinet());
@@ -100,8 +99,8 @@ fn loft(rings: &[Vec<Point3<f64>>]) -> Mesh {
 
 /// The yellow body: sections across x, its underside arched over the wheels, its corners and upper edge cut.
 fn body() -> Mesh {
-    let arch = RADIUS + 16.0;
-    let mut stations: Vec<f64> = vec![-HALF[0], HALF[0], -HALF[0] + 132.0, HALF[0] - 132.0];
+    let arch = RADIUS + 22.0;
+    let mut stations: Vec<f64> = vec![-HALF[0], HALF[0], -HALF[0] + CORNER, HALF[0] - CORNER];
     for side in [-1.0, 1.0] {
         stations.extend((0..=20).map(|i| side * AXLE + arch * (std::f64::consts::PI * f64::from(i) / 20.0).cos()));
     }
@@ -111,16 +110,19 @@ fn body() -> Mesh {
     let ring = |x: &f64| {
         let away = (x.abs() - AXLE).abs();
         let under = if away < arch { RADIUS + (arch * arch - away * away).sqrt() } else { 60.0 }.max(60.0);
-        let half = HALF[1] - (x.abs() - (HALF[0] - 132.0)).max(0.0);
-        let (top, cut) = (246.0, 22.0);
+        let half = HALF[1] - (x.abs() - (HALF[0] - CORNER)).max(0.0);
+        let (top, cut, waist) = (246.0, 22.0, 150.0);
+        let lean = |z: f64| LEAN * ((waist - z) / (waist - 60.0)).max(0.0);
         let edge = top - cut;
         vec![
-            at(*x, -half, under.min(edge - 6.0)),
-            at(*x, half, under.min(edge - 6.0)),
+            at(*x, -half + lean(under), under),
+            at(*x, half - lean(under), under),
+            at(*x, half, waist.max(under)),
             at(*x, half, edge),
             at(*x, half - cut, top),
             at(*x, -half + cut, top),
             at(*x, -half, edge),
+            at(*x, -half, waist.max(under)),
         ]
     };
     loft(&stations.iter().map(ring).collect::<Vec<_>>())
@@ -131,7 +133,7 @@ fn cabinet() -> Mesh {
     let outline = |inset: f64, z: f64| -> Vec<Point3<f64>> {
         plan(360.0 - inset, 280.0 - inset, 40.0).iter().map(|[x, y]| at(x - 60.0, *y, z)).collect()
     };
-    loft(&[outline(0.0, 306.0), outline(0.0, 690.0), outline(22.0, 712.0)])
+    loft(&[outline(0.0, 252.0), outline(0.0, 690.0), outline(22.0, 712.0)])
 }
 
 /// Seams, a handle and vents of the cabinet.
@@ -140,10 +142,10 @@ fn cabinet_trim() -> Mesh {
         let outline = [[high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]];
         prism(&outline, low[2], high[2])
     };
-    let mut trim = slab([-424.0, -242.0, 330.0], [304.0, 242.0, 338.0]);
+    let mut trim = slab([-424.0, -242.0, 300.0], [304.0, 242.0, 308.0]);
     for side in [-1.0, 1.0] {
         let y = 280.0 * side;
-        trim = trim.with(slab([-64.0, y - 3.0, 345.0], [-58.0, y + 3.0, 680.0]));
+        trim = trim.with(slab([-64.0, y - 3.0, 312.0], [-58.0, y + 3.0, 680.0]));
         for i in 0..6 {
             let z = 560.0 + 18.0 * f64::from(i);
             trim = trim.with(slab([-340.0, y - 3.0, z], [-160.0, y + 3.0, z + 8.0]));
