@@ -59,13 +59,17 @@ pub fn load(file: &Path, options: &UrdfOptions) -> Result<ArmModel, RobotError> 
 
 /// Reads the arm of a URDF file and what of the file is not used.
 pub fn load_with_notes(file: &Path, options: &UrdfOptions) -> Result<UrdfArm, RobotError> {
+    parse(&read_text(file)?, file, options)
+}
+
+/// The text of a URDF file.
+fn read_text(file: &Path) -> Result<String, RobotError> {
     let unreadable = |source| RobotError::Unreadable { file: file.to_path_buf(), source };
     let bytes = files::read(file).map_err(unreadable)?;
-    let text = String::from_utf8(bytes).map_err(|e| {
+    String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         RobotError::Xml { file: file.to_path_buf(), line, message: "the text is not UTF-8".to_string() }
-    })?;
-    parse(&text, file, options)
+    })
 }
 
 /// Reads the arm from URDF text; meshes are looked for beside `file`, which is named in errors.
@@ -101,8 +105,7 @@ pub(super) fn load_rigid(
     options: &UrdfOptions,
     links: &[&str],
 ) -> Result<(UrdfArm, Vec<Pose>), RobotError> {
-    let unreadable = |source| RobotError::Unreadable { file: file.to_path_buf(), source };
-    let text = std::fs::read_to_string(file).map_err(unreadable)?;
+    let text = read_text(file)?;
     let mut options = options.clone();
     {
         let source = Source::parse(&text, file)?;
