@@ -103,7 +103,7 @@ impl Plant for ArticulatedPlant {
             let inverse = factor.inverse();
             let qd = state.qd + inverse * tau * dt;
             state.qd = constrain(arm, &state.q, qd, &inverse, &mut self.impulses[a], dt);
-            state.q += qd * dt;
+            state.q += state.qd * dt;
             if !state.q.iter().all(|x| x.is_finite()) {
                 return Err(a);
             }
