@@ -7,6 +7,7 @@ mod iiwa;
 mod lathe;
 mod nets;
 mod pen;
+mod ridgeback;
 mod solid;
 mod ur5e;
 
@@ -48,7 +49,7 @@ fn main() -> std::io::Result<()> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/meshes");
     std::fs::create_dir_all(&folder)?;
     let mut total = 0;
-    for (name, mesh) in iiwa::parts().into_iter().chain(ur5e::parts()).chain(pen::parts()) {
+    for (name, mesh) in iiwa::parts().into_iter().chain(ur5e::parts()).chain(pen::parts()).chain(ridgeback::parts()) {
         let text = mesh.obj();
         println!("{name}.obj: {} triangles, {} kB", mesh.triangles.len(), text.len() / 1000);
         total += text.len();

@@ -266,6 +266,7 @@ impl<P: Policy> Worker<P> {
                 self.simulation.stand_until(step);
                 self.outcome(Vec::new(), None)
             }
+            Task::Drive(_) => self.drive(task, hear, pages)?,
             _ => match self.motion(task, hear, pages)? {
                 Some(outcome) => outcome,
                 None => return Ok(true),
@@ -334,10 +335,34 @@ impl<P: Policy> Worker<P> {
         Ok(Some(self.outcome(felt, failure)))
     }
 
+    /// Drives the base, in slices between which others are heard.
+    fn drive(
+        &mut self,
+        task: &Task,
+        hear: &dyn Fn(&News, &Simulation),
+        pages: &mut Option<ArmJournal>,
+    ) -> Result<Outcome, ExecError> {
+        let Task::Drive(path) = task else { return Ok(self.outcome(Vec::new(), None)) };
+        let driven = loop {
+            if let Some(driven) = self.simulation.drive(path, SLICE)? {
+                break driven;
+            }
+            hear(&News::Passes(task), &self.simulation);
+            if pages.as_ref().is_some_and(ArmJournal::is_due) {
+                self.simulation.drain();
+                let log = self.simulation.take_log();
+                self.book(Chunk { start: self.state.began, log, ..Chunk::default() });
+                self.keep(pages)?;
+            }
+        };
+        let failure = (!driven.arrived).then_some(TaskFailure::NotArrived);
+        Ok(Outcome { base: Some(driven.belief), ..self.outcome(Vec::new(), failure) })
+    }
+
     fn outcome(&self, felt: Vec<crate::skill::Felt>, failure: Option<TaskFailure>) -> Outcome {
         let time = self.simulation.time();
         let duration = time - self.state.began as f64 * self.simulation.step_length();
-        Outcome { time, duration, reference: self.simulation.desired(), felt, failure }
+        Outcome { time, duration, reference: self.simulation.desired(), felt, base: None, failure }
     }
 
     fn fetch(&mut self, place: PenPlace) -> Result<Outcome, ExecError> {

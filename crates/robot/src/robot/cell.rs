@@ -19,6 +19,10 @@
 //! tool = "../tools/pen_tool.toml"
 //! docks = [{ xyz_mm = [600, 500, 432], rpy_deg = [0, 0, 0] }]
 //!
+//! # or, in the pose's place, a driven base; see `base.rs`
+//! [base]
+//! urdf = "ridgeback.urdf"
+//!
 //! [[furniture]]
 //! box_mm = [240, 240, 300]
 //! pose = { xyz_mm = [0, 0, 150] }
@@ -30,6 +34,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
+use super::base::{BaseFile, BaseModel};
 use super::gripper::{Gripper, GripperFile};
 use super::urdf::{UrdfArm, load_with_notes};
 use super::{ArmModel, JointKind, JointVector, RobotError, UrdfOptions, Visual, VisualShape};
@@ -68,6 +73,8 @@ pub struct Arm {
     pub last_from_flange: Pose,
     /// Three fingers in a tool's place, when there are.
     pub gripper: Option<Gripper>,
+    /// The driven base on which it stands, when there is one; the model's link 0 has it as part.
+    pub base: Option<BaseModel>,
     /// What the URDF files said that is not used.
     pub notes: Vec<String>,
 }
@@ -78,6 +85,7 @@ pub struct Arm {
 struct CellFile {
     name: String,
     arm: Vec<ArmFile>,
+    base: Option<BaseFile>,
     #[serde(default)]
     furniture: Vec<FurnitureFile>,
 }
@@ -90,8 +98,7 @@ struct ArmFile {
     urdf: PathBuf,
     base_link: Option<String>,
     flange_link: Option<String>,
-    #[serde(default)]
-    pose: PoseFile,
+    pose: Option<PoseFile>,
     tool: Option<ToolFile>,
     /// In a tool's place.
     gripper: Option<GripperFile>,
@@ -175,6 +182,9 @@ impl Cell {
             }
             arms.push(read);
         }
+        if let Some(base) = &raw.base {
+            ride(base, &raw.arm, &mut arms, text, file)?;
+        }
         let mut furniture = Vec::with_capacity(raw.furniture.len());
         for thing in &raw.furniture {
             let finite = thing.pose.is_finite() && thing.box_mm.iter().all(|s| s.is_finite() && *s > 0.0);
@@ -188,6 +198,30 @@ impl Cell {
         }
         Ok(Self { name: raw.name, arms, furniture })
     }
+}
+
+/// Puts the only arm on the driven base.
+fn ride(base: &BaseFile, files: &[ArmFile], arms: &mut [Arm], text: &str, file: &Path) -> Result<(), RobotError> {
+    let wrong = |key: &str, message: &str| RobotError::from(diagnostic::invalid(text, file, key, message));
+    let ([arm], [written]) = (arms, files) else {
+        return Err(wrong("base", "a driven base carries one arm: give one [[arm]]"));
+    };
+    if arm.gripper.is_some() {
+        return Err(wrong("base", "an arm on a driven base draws with a `tool`; a `gripper` can't be simulated there"));
+    }
+    if written.pose.is_some() {
+        return Err(wrong(
+            "arm.pose",
+            "the base's mount says where the arm stands: leave out `pose`, or give the base's in `[base]`",
+        ));
+    }
+    let transport =
+        posture(&base.transport_deg, &arm.model).map_err(|message| wrong("base.transport_deg", &message))?;
+    let (model, notes) = base.read(text, file, transport)?;
+    model.carry(&mut arm.model);
+    arm.notes.extend(notes);
+    arm.base = Some(model);
+    Ok(())
 }
 
 /// Where in the robot file an arm stands, for errors.
@@ -233,10 +267,12 @@ impl ArmFile {
         if let Some(name) = &self.name {
             model.name.clone_from(name);
         }
-        if !self.pose.is_finite() {
-            return Err(place.invalid("pose", "the pose must be made of finite numbers"));
+        if let Some(pose) = &self.pose {
+            if !pose.is_finite() {
+                return Err(place.invalid("pose", "the pose must be made of finite numbers"));
+            }
+            model.world_from_base = pose.pose();
         }
-        model.world_from_base = self.pose.pose();
         if !(0.0..=1.0).contains(&self.friction_rejection) {
             let message = format!("friction_rejection {} must lie between 0 and 1", self.friction_rejection);
             return Err(place.invalid("friction_rejection", message));
@@ -278,7 +314,7 @@ impl ArmFile {
         };
         let home = posture(&self.home_deg, &model).map_err(|message| place.invalid("home_deg", message))?;
         let service = posture(&self.service_deg, &model).map_err(|message| place.invalid("service_deg", message))?;
-        Ok(Arm { model, home, service, last_from_flange, gripper, notes })
+        Ok(Arm { model, home, service, last_from_flange, gripper, base: None, notes })
     }
 }
 

@@ -16,27 +16,32 @@ pub type JointMatrix = SMatrix<f64, MAX_DOF, MAX_DOF>;
 
 /// Inertia of a body about the world's origin, world axes: mass, first moment, second moment.
 #[derive(Clone, Copy)]
-struct BodyInertia {
-    mass: f64,
-    moment: Vector3<f64>,
-    inertia: Matrix3<f64>,
+pub(super) struct BodyInertia {
+    pub(super) mass: f64,
+    pub(super) moment: Vector3<f64>,
+    pub(super) inertia: Matrix3<f64>,
 }
 
 impl BodyInertia {
-    const ZERO: Self = Self {
+    pub(super) const ZERO: Self = Self {
         mass: 0.0,
         moment: Vector3::new(0.0, 0.0, 0.0),
         inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
     /// Momentum of the body moving with `m`: (linear, angular about the origin).
-    fn momentum(&self, m: &Motion) -> (Vector3<f64>, Vector3<f64>) {
+    pub(super) fn momentum(&self, m: &Motion) -> (Vector3<f64>, Vector3<f64>) {
         (m.lin * self.mass + m.ang.cross(&self.moment), self.inertia * m.ang + self.moment.cross(&m.lin))
+    }
+
+    /// Both bodies as one.
+    pub(super) fn joined(&self, other: &Self) -> Self {
+        Self { mass: self.mass + other.mass, moment: self.moment + other.moment, inertia: self.inertia + other.inertia }
     }
 }
 
 impl ArmModel {
-    fn link_inertia(&self, link: usize, k: &Kinematics) -> BodyInertia {
+    pub(super) fn link_inertia(&self, link: usize, k: &Kinematics) -> BodyInertia {
         let (pose, body) = (k.world_from_link(link), &self.links[link].inertia);
         let r = pose.rotation.to_rotation_matrix();
         let c = (pose * body.com).coords;

@@ -35,6 +35,6 @@ pub use policy::{Drawer, Policy, PolicyError};
 pub use probing::{pieces, probe_places};
 pub use senses::{HandState, Senses};
 pub use stage::{ChangeError, Order, Stage};
-pub use task::{Effects, Move, Outcome, PenPlace, Precondition, SAME_POSTURE, Task, TaskFailure};
+pub use task::{BaseBelief, Effects, Move, Outcome, PenPlace, Precondition, SAME_POSTURE, Task, TaskFailure};
 pub use tool_change::ToolChange;
 pub use touch::{StrokeTouches, TouchJob, TouchOptions, TouchStrokes};

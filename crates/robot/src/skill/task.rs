@@ -2,8 +2,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::Felt;
+use crate::control::DrivePath;
+use crate::math::Pose;
 use crate::plan::{DepthProfile, MotionSample, Segment, SegmentKind, Trajectory};
-use crate::robot::JointVector;
+use crate::robot::{BasePose, JointVector};
 
 /// Largest distance between where a motion begins and where the arm was last commanded to be, rad.
 pub const SAME_POSTURE: f64 = 1e-6;
@@ -29,6 +31,8 @@ pub enum Task {
     Return(PenPlace),
     /// Stands still for a time, s.
     Wait(f64),
+    /// Drives the base along a path, the arm held in its posture.
+    Drive(DrivePath),
 }
 
 /// A piece of motion on a timeline: moves that follow one another without rest share one.
@@ -85,6 +89,9 @@ pub enum TaskFailure {
     /// The fingers tell that the pen has gone.
     #[error("lost its pen while it drew with it")]
     PenLost,
+    /// The base's wheels never told that it had come to a stop of its path.
+    #[error("the base didn't come to where it was to drive")]
+    NotArrived,
     /// A tool change was given up.
     #[error("gave up {doing}{}", last.as_ref().map_or_else(String::new, |w| format!(": {w}")))]
     ChangeGivenUp {
@@ -93,6 +100,15 @@ pub enum TaskFailure {
         /// What the robot said last.
         last: Option<String>,
     },
+}
+
+/// Where a base stands, as the robot knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BaseBelief {
+    /// By the turns of its wheels since it was last told better.
+    pub by_wheels: BasePose,
+    /// What a sensor measures, world, tilt included; `None` without one.
+    pub measured: Option<Pose>,
 }
 
 /// How a task ended, by what the robot's own sensors tell.
@@ -106,6 +122,8 @@ pub struct Outcome {
     pub reference: MotionSample,
     /// Touches, in time order; empty unless the arm feels.
     pub felt: Vec<Felt>,
+    /// Where the base stands, after a drive.
+    pub base: Option<BaseBelief>,
     /// Why it failed, if it did.
     pub failure: Option<TaskFailure>,
 }
@@ -137,7 +155,7 @@ impl Task {
             | Self::Draw(m)
             | Self::Lift(m)
             | Self::ChangePen(m) => Some(m),
-            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) => None,
+            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) => None,
         }
     }
 
@@ -163,7 +181,7 @@ impl Task {
             | Self::Draw(m)
             | Self::Lift(m)
             | Self::ChangePen(m) => m.visit = visit,
-            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) => {}
+            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) => {}
         }
         self
     }
@@ -175,7 +193,7 @@ impl Task {
             Self::Draw(m) | Self::Press(m) | Self::Probe(m, _) | Self::Lift(m) => Some(Some(m.segment.layer)),
             Self::Return(place) => Some(Some(place.layer)),
             Self::Fetch(_) => Some(None),
-            Self::Travel(_) | Self::ChangePen(_) | Self::Wait(_) => None,
+            Self::Travel(_) | Self::ChangePen(_) | Self::Wait(_) | Self::Drive(_) => None,
         };
         Precondition { holds, at }
     }
@@ -183,7 +201,7 @@ impl Task {
     /// What it may change.
     pub fn effects(&self) -> Effects {
         match self {
-            Self::Travel(_) => Effects { arm: true, ..Effects::default() },
+            Self::Travel(_) | Self::Drive(_) => Effects { arm: true, ..Effects::default() },
             Self::Press(_) | Self::Probe(..) | Self::Draw(_) | Self::Lift(_) => {
                 Effects { arm: true, ink: true, hand: false }
             }

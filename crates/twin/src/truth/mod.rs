@@ -2,6 +2,7 @@
 //!
 //! A crate boundary is the wall: nothing of the robot's own can name these types.
 
+mod base;
 mod canvas;
 mod carried;
 mod gripper;
@@ -10,6 +11,7 @@ mod perturbed;
 
 use std::sync::Arc;
 
+pub use base::TrueBase;
 pub use canvas::TrueCanvas;
 pub use carried::Carried;
 pub use gripper::{GripperTruth, TrueGripper};

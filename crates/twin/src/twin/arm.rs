@@ -229,6 +229,11 @@ impl ArmState {
         self.layer = layer;
     }
 
+    /// The arm stands on a base that moves: the law never has the true arm's kinematics.
+    pub(crate) fn stand_on_base(&mut self) {
+        self.known = false;
+    }
+
     /// Goes on as `arm` with the pen of `layer`: the same arm with something else in its hand, commanded to stand at `desired`.
     pub(crate) fn take_in_hand(&mut self, arm: TwinArm, desired: JointVector, layer: usize, pens: &[LayerPen]) {
         self.take_pen(layer, pens);

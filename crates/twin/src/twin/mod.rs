@@ -1,6 +1,7 @@
 //! The simulated world: tasks and the true scene to what happened. The only room that sees rapier.
 
 mod arm;
+mod base;
 mod contact;
 pub mod grasp;
 mod log;
@@ -15,6 +16,10 @@ mod simulation;
 mod tool_change;
 
 pub use arm::TwinArm;
+pub use base::{
+    BaseSetup, DriveState, Driven, Localiser, LocaliserKind, LocaliserOptions, MobilePlant, Undercarriage, Wheel,
+    WheelCommand,
+};
 pub use contact::{Contact, Nib, Touching};
 pub use log::{ArmEnding, ArmLog, ArmStory, Totals};
 pub use options::{PlantKind, TwinOptions};

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::control::MeasuredState;
 use crate::math::Pose;
-use crate::robot::{ArmModel, JointVector, Kinematics};
-use crate::twin::RapierPlant;
+use crate::robot::{ArmModel, JointMatrix, JointVector, Kinematics};
+use crate::twin::{MobilePlant, RapierPlant};
 
 /// The force that the canvas puts on a pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,6 +62,8 @@ pub enum ArmPlant {
     Articulated(ArticulatedPlant),
     /// The world in which the pen in the hand was grasped: it is held by contact and friction.
     Grasp,
+    /// An arm on a driven base.
+    Mobile(Box<MobilePlant>),
 }
 
 /// Gauss-Seidel sweeps over the friction rows of one arm.
@@ -99,38 +101,51 @@ impl Plant for ArticulatedPlant {
             }
             let Some(factor) = mass.cholesky() else { return Err(a) };
             let inverse = factor.inverse();
-            let mut qd = state.qd + inverse * tau * dt;
-            let [friction, upper, lower] = &mut self.impulses[a];
-            qd += inverse * (*friction + *upper + *lower);
-            for _ in 0..SWEEPS {
-                for i in 0..n {
-                    let joint = &arm.joints[i];
-                    let bound = joint.friction * dt;
-                    let (most, least) = ((joint.upper - state.q[i]) / dt, (joint.lower - state.q[i]) / dt);
-                    // friction stops the joint if it can; a limit only pushes back, and only as far as the limit
-                    for (impulse, target, range) in [
-                        (&mut friction[i], 0.0, (-bound, bound)),
-                        (&mut upper[i], most, (f64::NEG_INFINITY, 0.0)),
-                        (&mut lower[i], least, (0.0, f64::INFINITY)),
-                    ] {
-                        if !f64::is_finite(target) {
-                            continue;
-                        }
-                        let new = (*impulse + (target - qd[i]) / inverse[(i, i)]).clamp(range.0, range.1);
-                        let change = new - *impulse;
-                        if change != 0.0 {
-                            qd += inverse.column(i) * change;
-                            *impulse = new;
-                        }
-                    }
-                }
-            }
-            state.qd = qd;
-            state.q += qd * dt;
+            let qd = state.qd + inverse * tau * dt;
+            state.qd = constrain(arm, &state.q, qd, &inverse, &mut self.impulses[a], dt);
+            state.q += state.qd * dt;
             if !state.q.iter().all(|x| x.is_finite()) {
                 return Err(a);
             }
         }
         Ok(())
     }
+}
+
+/// Speeds `qd` after dry friction and hard limits: `inverse` is that of the joints' inertia, `impulses` where the sweeps start and end.
+#[inline]
+pub(super) fn constrain(
+    arm: &ArmModel,
+    q: &JointVector,
+    mut qd: JointVector,
+    inverse: &JointMatrix,
+    impulses: &mut [JointVector; 3],
+    dt: f64,
+) -> JointVector {
+    let [friction, upper, lower] = impulses;
+    qd += inverse * (*friction + *upper + *lower);
+    for _ in 0..SWEEPS {
+        for i in 0..arm.dof() {
+            let joint = &arm.joints[i];
+            let bound = joint.friction * dt;
+            let (most, least) = ((joint.upper - q[i]) / dt, (joint.lower - q[i]) / dt);
+            // friction stops the joint if it can; a limit only pushes back, and only as far as the limit
+            for (impulse, target, range) in [
+                (&mut friction[i], 0.0, (-bound, bound)),
+                (&mut upper[i], most, (f64::NEG_INFINITY, 0.0)),
+                (&mut lower[i], least, (0.0, f64::INFINITY)),
+            ] {
+                if !f64::is_finite(target) {
+                    continue;
+                }
+                let new = (*impulse + (target - qd[i]) / inverse[(i, i)]).clamp(range.0, range.1);
+                let change = new - *impulse;
+                if change != 0.0 {
+                    qd += inverse.column(i) * change;
+                    *impulse = new;
+                }
+            }
+        }
+    }
+    qd
 }

@@ -1,5 +1,7 @@
 //! The rapier plant: every arm a reduced-coordinate multibody in one world.
-use nalgebra::{Isometry3, Point3, Quaternion, Rotation3, SymmetricEigen, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry3, Point3, Quaternion, Rotation3, SymmetricEigen, Translation3, UnitQuaternion, Vector3, Vector6,
+};
 use rapier3d_f64::prelude as rapier;
 use rapier3d_f64::prelude::{
     GenericJointBuilder, JointAxesMask, JointAxis, MassProperties, MultibodyJointHandle, PhysicsWorld,
@@ -30,6 +32,15 @@ struct RapierArm {
     coms: Vec<Point3<f64>>,
     /// Lower and upper limit of each joint.
     limits: Vec<[f64; 2]>,
+    /// Centre of mass of link 0, m, its frame, where the base is free.
+    root: Option<Point3<f64>>,
+}
+
+impl RapierArm {
+    /// Coordinates before those of the joints.
+    fn before(&self) -> usize {
+        if self.root.is_some() { 6 } else { 0 }
+    }
 }
 
 /// A joint's limit is among the solver's rows only when the joint is this near to it, rad or m: seven idle rows would
@@ -62,14 +73,36 @@ impl RapierPlant {
         world.integration_parameters.normalized_prediction_distance = 0.001;
         let mut plant = Self { world, arms: Vec::new(), states: Vec::new() };
         for (arm, state) in arms.iter().zip(joints) {
-            plant.insert(arm, state)?;
+            plant.insert(arm, state, false)?;
         }
         Some(plant)
     }
 
-    fn insert(&mut self, arm: &ArmModel, start: &MeasuredState) -> Option<()> {
+    /// One arm whose link 0 is free to move; its first body is that.
+    pub(super) fn on_base(arm: &ArmModel, joints: &MeasuredState, dt: f64) -> Option<Self> {
+        let mut plant = Self::moving(&[], &[], dt)?;
+        plant.insert(arm, joints, true)?;
+        Some(plant)
+    }
+
+    fn insert(&mut self, arm: &ArmModel, start: &MeasuredState, free: bool) -> Option<()> {
         let w = &mut self.world;
-        let mut bodies = vec![w.bodies.insert(RigidBodyBuilder::fixed().pose(to_rapier(&arm.world_from_base)))];
+        // the engine steps a free root's place at its origin by the speed of its centre of mass: both must be one
+        let root = free.then(|| arm.links[0].inertia.com);
+        let link_from_root = root.map_or_else(Pose::identity, |c| Pose::translation(c.x, c.y, c.z));
+        let foot = match root {
+            None => RigidBodyBuilder::fixed().pose(to_rapier(&arm.world_from_base)),
+            Some(_) => {
+                let centred = SpatialInertia { com: Point3::origin(), ..arm.links[0].inertia };
+                RigidBodyBuilder::dynamic()
+                    .pose(to_rapier(&(arm.world_from_base * link_from_root)))
+                    .can_sleep(false)
+                    .linear_damping(0.0)
+                    .angular_damping(0.0)
+                    .additional_mass_properties(mass_properties(&centred))
+            }
+        };
+        let mut bodies = vec![w.bodies.insert(foot)];
         let mut joint = None;
         for (i, j) in arm.joints.iter().enumerate() {
             let body = RigidBodyBuilder::dynamic()
@@ -82,12 +115,16 @@ impl RapierPlant {
             let turn = UnitQuaternion::rotation_between(&Vector3::x(), &j.axis)
                 .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
             let frame = Isometry3::from_parts(Translation3::identity(), turn);
-            let (axis, free) = match j.kind {
+            let mut parent_from_frame = j.parent_from_joint * frame;
+            if free && i == 0 {
+                parent_from_frame = link_from_root.inverse() * parent_from_frame;
+            }
+            let (axis, moves) = match j.kind {
                 JointKind::Revolute => (JointAxis::AngX, JointAxesMask::ANG_X),
                 JointKind::Prismatic => (JointAxis::LinX, JointAxesMask::LIN_X),
             };
-            let mut data = GenericJointBuilder::new(JointAxesMask::all() & !free)
-                .local_frame1(to_rapier(&(j.parent_from_joint * frame)))
+            let mut data = GenericJointBuilder::new(JointAxesMask::all() & !moves)
+                .local_frame1(to_rapier(&parent_from_frame))
                 .local_frame2(to_rapier(&frame))
                 .contacts_enabled(false);
             if j.lower.is_finite() && j.upper.is_finite() {
@@ -97,22 +134,27 @@ impl RapierPlant {
             bodies.push(body);
         }
         let joint = joint?;
-        let n = arm.dof();
+        let (n, before) = (arm.dof(), if free { 6 } else { 0 });
         {
             let (multibody, _) = w.multibody_joints.get_mut(joint)?;
             multibody.set_self_contacts_enabled(false);
             multibody.forward_kinematics(&w.bodies, true);
-            for (i, j) in arm.joints.iter().enumerate() {
-                multibody.damping_mut()[i] = j.damping;
-                multibody.armature_mut()[i] = j.armature;
-                multibody.frictions_mut()[i] = j.friction;
+            for i in 0..before {
+                multibody.damping_mut()[i] = 0.0;
             }
-            multibody.apply_displacements(&start.q.as_slice()[..n]);
+            for (i, j) in arm.joints.iter().enumerate() {
+                multibody.damping_mut()[before + i] = j.damping;
+                multibody.armature_mut()[before + i] = j.armature;
+                multibody.frictions_mut()[before + i] = j.friction;
+            }
+            let mut displacement = vec![0.0; before];
+            displacement.extend(&start.q.as_slice()[..n]);
+            multibody.apply_displacements(&displacement);
             multibody.forward_kinematics(&w.bodies, true);
             multibody.update_rigid_bodies(&mut w.bodies, true);
             if start.qd != JointVector::zeros() {
                 for i in 0..n {
-                    multibody.generalized_velocity_mut()[i] = start.qd[i];
+                    multibody.generalized_velocity_mut()[before + i] = start.qd[i];
                 }
             }
         }
@@ -122,6 +164,7 @@ impl RapierPlant {
             kinds: arm.joints.iter().map(|j| j.kind).collect(),
             coms: arm.links[1..].iter().map(|l| l.inertia.com).collect(),
             limits: arm.joints.iter().map(|j| [j.lower, j.upper]).collect(),
+            root,
         });
         self.states.push(*start);
         Some(())
@@ -160,12 +203,72 @@ impl RapierPlant {
         self.arms[arm].bodies[self.arms[arm].kinds.len()]
     }
 
+    /// Joints of the only arm.
+    pub(super) fn arm_state(&self) -> &MeasuredState {
+        &self.states[0]
+    }
+
+    /// Pose of the only arm's link 0, world.
+    pub(super) fn base_link_pose(&self) -> Pose {
+        let arm = &self.arms[0];
+        let p = self.world.bodies[arm.bodies[0]].position();
+        let (t, q) = (p.translation, p.rotation);
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(q.w, q.x, q.y, q.z));
+        let root = Pose::from_parts(Translation3::new(t.x, t.y, t.z), turn);
+        arm.root.map_or(root, |c| root * Pose::translation(-c.x, -c.y, -c.z))
+    }
+
+    /// Gives the free base of the only arm this motion about the world's origin, m/s and rad/s.
+    pub(super) fn set_base_twist(&mut self, twist: &Vector6<f64>) {
+        let com = to_vector(&self.world.bodies[self.arms[0].bodies[0]].position().translation);
+        let Some((multibody, _)) = self.world.multibody_joints.get_mut(self.arms[0].joint) else { return };
+        let (lin, ang): (Vector3<f64>, Vector3<f64>) =
+            (twist.fixed_rows::<3>(0).into(), twist.fixed_rows::<3>(3).into());
+        let at_com = lin + ang.cross(&com);
+        for i in 0..3 {
+            multibody.generalized_velocity_mut()[i] = at_com[i];
+            multibody.generalized_velocity_mut()[3 + i] = ang[i];
+        }
+    }
+
+    /// A step of the only arm, whose free base feels `wrench` (N and N m, about the world's origin) besides. False when something
+    /// stops being finite.
+    pub(super) fn step_on_base(
+        &mut self,
+        torque: &JointVector,
+        force: &TipForce,
+        k: &Kinematics,
+        wrench: &Vector6<f64>,
+    ) -> bool {
+        let arm = &self.arms[0];
+        let body = &mut self.world.bodies[arm.bodies[0]];
+        body.reset_forces(false);
+        body.reset_torques(false);
+        let com = to_vector(&body.position().translation);
+        let mut push: Vector3<f64> = wrench.fixed_rows::<3>(0).into();
+        let about: Vector3<f64> = wrench.fixed_rows::<3>(3).into();
+        let mut turn = about - com.cross(&push);
+        // the first joint pushes back
+        let [rotation, slide] = k.joint_motion(0);
+        match arm.kinds[0] {
+            JointKind::Revolute => turn -= rotation * torque[0],
+            JointKind::Prismatic => {
+                let f = slide * -torque[0];
+                turn += (k.world_from_link(1).translation.vector - com).cross(&f);
+                push += f;
+            }
+        }
+        body.add_force(to_rapier_vector(&push), false);
+        body.add_torque(to_rapier_vector(&turn), false);
+        self.step(std::slice::from_ref(torque), std::slice::from_ref(force), std::slice::from_ref(k)).is_ok()
+    }
+
     fn read(&mut self, a: usize) -> bool {
         let arm = &self.arms[a];
         let Some((multibody, _)) = self.world.multibody_joints.get_mut(arm.joint) else { return false };
-        let state = &mut self.states[a];
+        let (state, before) = (&mut self.states[a], arm.before());
         for i in 0..arm.kinds.len() {
-            state.qd[i] = multibody.generalized_velocity()[i];
+            state.qd[i] = multibody.generalized_velocity()[before + i];
             let Some(link) = multibody.link_mut(i + 1) else { return false };
             let (coordinate, axis) = match arm.kinds[i] {
                 JointKind::Revolute => (3, JointAxesMask::ANG_X),
@@ -248,6 +351,10 @@ pub(super) fn mass_properties(body: &SpatialInertia) -> MassProperties {
         to_rapier_vector(&eigen.eigenvalues),
         to_rapier(&Pose::from_parts(Translation3::identity(), frame)).rotation,
     )
+}
+
+fn to_vector(v: &rapier::Vector) -> Vector3<f64> {
+    Vector3::new(v.x, v.y, v.z)
 }
 
 pub(super) fn to_rapier_vector(v: &Vector3<f64>) -> rapier::Vector {

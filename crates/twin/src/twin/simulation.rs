@@ -11,12 +11,13 @@ use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::skill::{Felt, Move};
 use crate::truth::TrueGripper;
 use crate::twin::arm::{ArmState, Disturbance, Moment, TwinArm};
+use crate::twin::base::DriveState;
 use crate::twin::grasp::{DockState, Held};
 use crate::twin::log::{ArmEnding, ArmLog};
 use crate::twin::sense::TipSensor;
 use crate::twin::{
     ArmPlant, ArticulatedPlant, Event, EventKind, Feeling, Plant, PlantKind, RapierPlant, TipForce, TipState,
-    TrueScene, TwinOptions,
+    TrueScene, TwinOptions, WheelCommand,
 };
 
 /// Why a simulation ended early.
@@ -34,6 +35,15 @@ pub enum TwinError {
     /// rapier takes no such chain.
     #[error("rapier refused the robot's chain of joints")]
     Refused,
+    /// Wheels that can't drive a base in all three ways.
+    #[error("the base's wheels can't drive it ahead, sideways and round: give left and right rollers mirrored angles")]
+    NoWheels,
+    /// A drive of an arm that stands on no base.
+    #[error("arm {arm} can't drive: it stands on no driven base")]
+    NoBase {
+        /// Name of the arm.
+        arm: String,
+    },
     /// The physics of a grasp broke.
     #[error("a tool change of arm {arm}: {source}")]
     Grasp {
@@ -97,6 +107,8 @@ pub struct SimulationState {
     /// The pen in the hand, with the world in which it was grasped.
     pub(super) held: Option<Held>,
     pub(super) docks: Vec<DockState>,
+    /// What drives the base, of an arm on one.
+    pub(super) base: Option<DriveState>,
 }
 
 /// A simulation of one arm that goes on from task to task, so that later tasks can follow from what earlier ones met.
@@ -135,7 +147,7 @@ impl Simulation {
         let kinematics = model.kinematics(&start);
         let twin = TwinArm { model, controller: law.controller(believed) };
         let arm = ArmState::new(index, twin, start, layer, &scene.pens, disturbance);
-        let state = SimulationState { step: 0, arm, plant, held: None, docks };
+        let state = SimulationState { step: 0, arm, plant, held: None, docks, base: None };
         let stride = ((options.sample_period / options.dt).round() as u64).max(1);
         let options = options.clone();
         Ok(Self { scene, gripper, colors, law, options, state, kinematics, log: ArmLog::default(), stride })
@@ -294,6 +306,13 @@ impl Simulation {
         Ok(None)
     }
 
+    /// Ends a segment in which the arm only stood.
+    pub(super) fn end_standing(&mut self) {
+        if self.state.arm.is_entered() {
+            self.leave(Stop::default());
+        }
+    }
+
     /// Whether a motion has come to its end: the last of a timeline settles for one step.
     fn is_over(&self, movement: &Move) -> bool {
         let end = movement.segment.end();
@@ -333,11 +352,17 @@ impl Simulation {
             (ArmPlant::Articulated(p), _) => p.step(&[out.torque], &[out.force], &[self.kinematics]).is_ok(),
             (ArmPlant::Grasp, Some(held)) => held.drive(&out.torque, &out.force, &self.kinematics).is_ok(),
             (ArmPlant::Grasp, None) => false,
+            (ArmPlant::Mobile(p), _) => {
+                p.step(&out.torque, &out.force, &s.base.as_ref().map_or(WheelCommand::Hold, |b| b.command))
+            }
         };
         if !finite {
             return Err(TwinError::NotFinite { arm: self.state.arm.model.name.clone(), time });
         }
         self.refresh();
+        if let (ArmPlant::Mobile(p), Some(base)) = (&self.state.plant, &mut self.state.base) {
+            base.read(p, dt);
+        }
         Ok(self.overloaded(&out.force, &measured))
     }
 
@@ -351,6 +376,11 @@ impl Simulation {
 
     /// The kinematics of the present joints.
     pub(super) fn refresh(&mut self) {
+        if let ArmPlant::Mobile(p) = &self.state.plant {
+            self.kinematics = p.kinematics();
+            self.state.arm.model.world_from_base = p.arm().world_from_base;
+            return;
+        }
         self.kinematics = self.state.arm.model.kinematics(&self.joints().q);
     }
 
@@ -359,6 +389,7 @@ impl Simulation {
             (ArmPlant::Rapier(p), _) => *p.state(0),
             (ArmPlant::Articulated(p), _) => *p.state(0),
             (ArmPlant::Grasp, Some(held)) => *held.world().state(),
+            (ArmPlant::Mobile(p), _) => *p.state(),
             (ArmPlant::Grasp, None) => MeasuredState { q: self.state.arm.desired().q, qd: JointVector::zeros() },
         }
     }
@@ -368,7 +399,10 @@ impl Simulation {
             (ArmPlant::Grasp, Some(held)) => held.tip(),
             _ => {
                 let k = &self.kinematics;
-                let (pose, velocity) = (*k.world_from_tip(), k.tip_velocity(&measured.qd));
+                let (pose, mut velocity) = (*k.world_from_tip(), k.tip_velocity(&measured.qd));
+                if let ArmPlant::Mobile(p) = &self.state.plant {
+                    velocity += p.carried_velocity(&pose.translation.vector);
+                }
                 TipState { pose, velocity, mass: f64::INFINITY }
             }
         }

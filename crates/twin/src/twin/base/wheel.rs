@@ -1,0 +1,132 @@
+//! One mecanum wheel on the floor: its motor, and the roller that stands on it.
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::robot::{BaseModel, Tyre, WheelModel, WheelMotor};
+
+/// Speed of the hub below which no bristle is renewed, m/s: an arm that sways on a parked base doesn't travel.
+const DEAD_BAND: f64 = 2e-4;
+/// Stiffness and damping of a roller's bearing before it turns, N/m and N s/m.
+const PRESLIDING: [f64; 2] = [2e5, 100.0];
+
+/// What the wheels are asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum WheelCommand {
+    /// Stand where they are.
+    Hold,
+    /// Turn at these speeds, rad/s: front left, front right, rear left, rear right.
+    Turn([f64; 4]),
+}
+
+impl WheelCommand {
+    /// The speed of wheel `i`, or `None` where it is held.
+    fn speed(&self, i: usize) -> Option<f64> {
+        match self {
+            Self::Hold => None,
+            Self::Turn(speeds) => Some(speeds[i]),
+        }
+    }
+}
+
+/// What of a wheel changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Wheel {
+    /// Turn since the beginning, rad, forward positive.
+    pub angle: f64,
+    /// Speed, rad/s.
+    pub speed: f64,
+    /// How far the roller's bristles are bent along its axis, m.
+    bristle: f64,
+    /// How far the roller is turned before it rolls, m.
+    rolled: f64,
+    /// Integral of the speed's error, rad.
+    behind: f64,
+    /// Whether it was held in the last step.
+    held: bool,
+}
+
+/// How a wheel meets the floor in one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Footing {
+    /// Velocity of the base's point over the contact, m/s, base frame.
+    pub velocity: Vector2<f64>,
+    /// Load, N.
+    pub load: f64,
+}
+
+/// What a wheel does to the base.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WheelForce {
+    /// Force of the floor, N, base frame.
+    pub force: Vector2<f64>,
+    /// Torque about the axle that speeding the wheel up takes, N m, on the base.
+    pub reaction: f64,
+}
+
+impl Wheel {
+    /// One step of `dt` s of wheel `i` of `base`.
+    ///
+    /// Along the roller's axis a brush holds (bristles of stiffness `sigma` over a contact of half length `a`, renewed by travel:
+    /// `z' = s - |v| z / a`, force `sigma z + sigma1 s` cut to `mu N`; Deur, Asgari and Hrovat, A 3D brush-type dynamic tire friction
+    /// model, Vehicle System Dynamics 42(3), 2004, doi:10.1080/00423110412331282887). Across it the roller rolls against `c N`.
+    pub(super) fn step(
+        &mut self,
+        base: &BaseModel,
+        i: usize,
+        command: &WheelCommand,
+        footing: &Footing,
+        dt: f64,
+    ) -> WheelForce {
+        let WheelModel { roller, .. } = base.wheels[i];
+        let across = Vector2::new(-roller.y, roller.x);
+        let rim = footing.velocity - Vector2::new(self.speed * base.radius, 0.0);
+        let travel = (footing.velocity.norm() - DEAD_BAND).max(0.0);
+        let hold = self.brush(&base.tyre, roller.dot(&rim), travel, footing.load, dt);
+        let roll = self.bearing(&base.tyre, across.dot(&rim), footing.load, dt);
+        let force = roller * hold + across * roll;
+        let torque = self.motor(&base.motor, command.speed(i), dt);
+        let gain = (torque - base.radius * force.x) / base.motor.inertia;
+        self.speed += gain * dt;
+        self.angle += self.speed * dt;
+        WheelForce { force, reaction: -base.motor.inertia * gain }
+    }
+
+    fn brush(&mut self, tyre: &Tyre, slip: f64, travel: f64, load: f64, dt: f64) -> f64 {
+        let most = tyre.friction * load;
+        // renewal is taken at the step's end, so that fast travel over a short contact stays stable
+        self.bristle = (self.bristle + slip * dt) / (1.0 + travel * dt / tyre.half_length);
+        let force = tyre.stiffness * self.bristle + tyre.damping * slip;
+        if force.abs() > most {
+            let bend = most / tyre.stiffness;
+            self.bristle = self.bristle.clamp(-bend, bend);
+        }
+        -force.clamp(-most, most)
+    }
+
+    fn bearing(&mut self, tyre: &Tyre, speed: f64, load: f64, dt: f64) -> f64 {
+        let [stiffness, damping] = PRESLIDING;
+        let most = tyre.rolling_resistance * load;
+        let bend = most / stiffness;
+        self.rolled = (self.rolled + speed * dt).clamp(-bend, bend);
+        -(stiffness * self.rolled + damping * speed).clamp(-most, most)
+    }
+
+    /// The motor's torque: a velocity loop with an integral, which holds the wheel's place where it is to stand.
+    fn motor(&mut self, motor: &WheelMotor, speed: Option<f64>, dt: f64) -> f64 {
+        let gain = if speed.is_none() { motor.hold_gain } else { motor.integral_gain };
+        if self.held != speed.is_none() {
+            // the torque goes on without a jump
+            let before = if self.held { motor.hold_gain } else { motor.integral_gain };
+            self.behind = if gain > 0.0 { self.behind * before / gain } else { 0.0 };
+            self.held = speed.is_none();
+        }
+        let error = speed.unwrap_or(0.0) - self.speed;
+        let asked = motor.velocity_gain * error + gain * (self.behind + error * dt);
+        let torque = asked.clamp(-motor.torque, motor.torque);
+        // the integral stands still while the motor gives all that it can
+        if torque == asked || asked * error < 0.0 {
+            self.behind += error * dt;
+        }
+        torque
+    }
+}
