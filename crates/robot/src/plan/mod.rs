@@ -1,5 +1,6 @@
 //! A drawing on a believed surface and a robot, to timed joint motion.
 
+pub mod cover;
 mod depth;
 mod field;
 mod ik;
