@@ -17,6 +17,7 @@ pub use calamus_twin::{camera, ink, truth, twin};
 pub const BUILD: &str = env!("CALAMUS_BUILD");
 
 pub mod artwork;
+pub mod cover;
 pub mod exec;
 pub mod experiment;
 pub mod measure;

@@ -33,8 +33,11 @@ pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
 pub use inputs::Inputs;
+pub(crate) use mapping::mapping_onto;
+pub(crate) use options::plan_options;
 pub(crate) use parked_arms::{arm_index, solids};
 pub use part::{Part, PartError};
+pub(crate) use setup::scene_of;
 
 use belief::{believe, prepare};
 use perform::perform;

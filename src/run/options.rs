@@ -22,7 +22,7 @@ fn press_depths(s: &Scenario, pens: &[LayerPen]) -> PressDepths {
 }
 
 /// Settings of the planner.
-pub(super) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
+pub(crate) fn plan_options(s: &Scenario, pens: &[LayerPen]) -> PlanOptions {
     PlanOptions {
         pen_speed: s.control.speed_mm_s * 1e-3,
         landing_speed: s.control.landing_speed_mm_s * 1e-3,

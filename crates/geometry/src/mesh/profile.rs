@@ -302,9 +302,7 @@ fn rounded(corners: &[Point2<f64>], fillet: f64, step: f64) -> Result<Vec<Point2
         let center = w[1] - d * (fillet * tangent) + Vector2::new(-d.y, d.x) * (side * fillet);
         let n = (turn / TURN.min(step / fillet)).ceil().clamp(1.0, 1000.0) as usize;
         let start = Vector2::new(d.y, -d.x) * (side * fillet);
-        knots.extend((0..=n).map(|k| {
-            center + nalgebra::Rotation2::new(side * turn * k as f64 / n as f64) * start
-        }));
+        knots.extend((0..=n).map(|k| center + nalgebra::Rotation2::new(side * turn * k as f64 / n as f64) * start));
     }
     knots.push(corners[corners.len() - 1]);
     let mut points = vec![knots[0]];
@@ -390,7 +388,10 @@ mod tests {
         assert!(cross.to_string().starts_with("the profile crosses itself at (666.7, 0.0) mm"), "{cross}");
         assert!(matches!(polyline(&[[0.0, 0.0], [1.0, 0.0], [0.2, 0.0]], 0.0), Err(ProfileError::Reversal { .. })));
         let tight = polyline(&[[0.0, 1.0], [0.0, 0.0], [0.1, 0.0]], 0.2).unwrap_err();
-        assert_eq!(tight, ProfileError::Fillet { index: 2, radius: 0.2, most: 0.1 / (0.25 * std::f64::consts::PI).tan() });
+        assert_eq!(
+            tight,
+            ProfileError::Fillet { index: 2, radius: 0.2, most: 0.1 / (0.25 * std::f64::consts::PI).tan() }
+        );
         assert!(matches!(polyline(&[[0.0, 0.0], [0.0, 0.0]], 0.0), Err(ProfileError::TooShort { count: 1 })));
         assert!(matches!(polyline(&[[0.0, 0.0], [f64::NAN, 0.0]], 0.0), Err(ProfileError::NotFinite { index: 2 })));
     }

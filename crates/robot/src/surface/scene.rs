@@ -260,14 +260,14 @@ mod tests {
 
     /// The middle 90 x 180 mm, the smallest canvas of the dissertation's table 8.1, has surface everywhere, in reach of an arm.
     fn check_reach(scene: &Scene, file: &Path) {
-            let projection = Projection::new(&scene.canvas);
-            for (x, y) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (0.005 * f64::from(i), 0.01 * f64::from(j)))) {
-                let hit = projection.to_surface(&nalgebra::Point2::new(x, y));
-                let hit = hit.unwrap_or_else(|| panic!("{}: nothing at {x}, {y}", file.display()));
-                let reach = shoulders(&scene.canvas.name).into_iter().map(|s| (hit.position - s).norm());
-                let reach = reach.fold(f64::INFINITY, f64::min);
-                assert!((0.3..0.85).contains(&reach), "{}: {x}, {y} is {reach} m from a shoulder", file.display());
-            }
+        let projection = Projection::new(&scene.canvas);
+        for (x, y) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (0.005 * f64::from(i), 0.01 * f64::from(j)))) {
+            let hit = projection.to_surface(&nalgebra::Point2::new(x, y));
+            let hit = hit.unwrap_or_else(|| panic!("{}: nothing at {x}, {y}", file.display()));
+            let reach = shoulders(&scene.canvas.name).into_iter().map(|s| (hit.position - s).norm());
+            let reach = reach.fold(f64::INFINITY, f64::min);
+            assert!((0.3..0.85).contains(&reach), "{}: {x}, {y} is {reach} m from a shoulder", file.display());
+        }
     }
 
     /// The curve that the sheet's middle line makes of a drawing, by projection and by a conformal map, follows the wall.

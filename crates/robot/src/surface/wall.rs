@@ -5,6 +5,7 @@ use nalgebra::{Isometry2, Point2};
 use serde::Deserialize;
 
 use super::shape::ShapeError;
+use crate::files;
 use crate::math::Pose;
 use crate::mesh::{Opening, ProfileCurve, ProfileShape, TriMesh, extrusion};
 
@@ -122,7 +123,7 @@ impl ProfileFile {
 
 /// Points of a text file: two numbers a line, mm, with a comma or blanks between them; `#` begins a comment.
 fn read_points(file: &Path) -> Result<Vec<[f64; 2]>, ShapeError> {
-    let text = std::fs::read_to_string(file).map_err(|e| wrong("profile.file", format!("{}: {e}", file.display())))?;
+    let text = files::read_text(file).map_err(|e| wrong("profile.file", format!("{}: {e}", file.display())))?;
     let mut points = Vec::new();
     for (n, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or("").trim();
@@ -159,7 +160,8 @@ pub(super) fn wall(
     let mut holes = Vec::new();
     for o in openings {
         let [left, right, low, high] = [o.left_mm, o.right_mm, o.bottom_mm, o.top_mm].map(|mm| mm / 1000.0);
-        if !(left.is_finite() && right.is_finite() && low.is_finite() && high.is_finite() && left < right && low < high) {
+        if !(left.is_finite() && right.is_finite() && low.is_finite() && high.is_finite() && left < right && low < high)
+        {
             return Err(wrong("openings", "an opening needs left_mm below right_mm and bottom_mm below top_mm"));
         }
         if left >= curve.length() || right <= 0.0 || low >= bottom + height || high <= bottom {
@@ -178,7 +180,6 @@ pub(super) fn wall(
     let yaw = pose.rotation.euler_angles().2;
     let profile = curve.transformed(&Isometry2::new(shift.xy(), yaw));
     let raise = |z: f64| z + shift.z;
-    let openings =
-        holes.iter().map(|o| Opening { bottom: raise(o.bottom), top: raise(o.top), ..*o }).collect();
+    let openings = holes.iter().map(|o| Opening { bottom: raise(o.bottom), top: raise(o.top), ..*o }).collect();
     Ok((Wall { profile, bottom: raise(bottom), top: raise(bottom + height), openings }, mesh))
 }

@@ -24,9 +24,8 @@ pub(super) fn circles(wall: &Wall, radius: f64, offset: f64, base: f64, spacing:
     let points: Vec<Point2<f64>> = along.iter().map(|s| wall.profile.at(*s)).collect();
     let mut covered = vec![false; points.len()];
     let mut centers = lattice(&points, radius, spacing);
-    let inside = |c: &Point2<f64>| -> Vec<usize> {
-        (0..points.len()).filter(|k| (points[*k] - c).norm() <= radius).collect()
-    };
+    let inside =
+        |c: &Point2<f64>| -> Vec<usize> { (0..points.len()).filter(|k| (points[*k] - c).norm() <= radius).collect() };
     let mut held: Vec<Vec<usize>> = centers.iter().map(inside).collect();
     let mut chosen = Vec::new();
     while let Some(open) = covered.iter().position(|c| !c) {

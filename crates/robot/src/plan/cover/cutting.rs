@@ -95,7 +95,16 @@ fn cut_stroke(index: usize, stroke: &InkStroke, spans: &[[f64; 2]], near: &Neigh
             }
         };
         let (from, at, sheet, along, kind) = cut;
-        cuts.push(Cut { id: 0, layer: stroke.layer, stroke: stroke.stroke, at, sheet, along, places: [place, next], kind });
+        cuts.push(Cut {
+            id: 0,
+            layer: stroke.layer,
+            stroke: stroke.stroke,
+            at,
+            sheet,
+            along,
+            places: [place, next],
+            kind,
+        });
         (begin, place) = (from, next);
     }
 }
@@ -260,7 +269,8 @@ mod tests {
     #[test]
     fn the_overlap_keeps_strokes_whole_and_a_cut_hides_in_a_corner() {
         // the first fits into the left place, the second needs both and has a corner in the overlap
-        let d = drawing(vec![vec![(-0.5, 0.0), (0.08, 0.0)], vec![(-0.5, 0.1), (0.03, 0.1), (0.03, 0.15), (0.6, 0.15)]]);
+        let d =
+            drawing(vec![vec![(-0.5, 0.0), (0.08, 0.0)], vec![(-0.5, 0.1), (0.03, 0.1), (0.03, 0.15), (0.6, 0.15)]]);
         let c = cover(&d, &[[0.0, 1.1], [0.9, 2.0]]);
         assert_eq!((c.strokes_cut(), c.cuts.len()), (1, 1));
         assert_eq!((c.cuts[0].at, c.cuts[0].kind, c.cuts[0].places), (1.0, CutKind::Corner, [0, 1]));

@@ -92,7 +92,18 @@ fn search(floor: &Floor, a: &BasePose, b: &BasePose) -> Option<Vec<BasePose>> {
         if known.len() > MOST {
             return None;
         }
-        let moves = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (1, 1, 0), (1, -1, 0), (-1, 1, 0), (-1, -1, 0), (0, 0, 1), (0, 0, -1)];
+        let moves = [
+            (1, 0, 0),
+            (-1, 0, 0),
+            (0, 1, 0),
+            (0, -1, 0),
+            (1, 1, 0),
+            (1, -1, 0),
+            (-1, 1, 0),
+            (-1, -1, 0),
+            (0, 0, 1),
+            (0, 0, -1),
+        ];
         for (di, dj, dh) in moves {
             let to = (node.0 + di, node.1 + dj, (node.2 + dh).rem_euclid(HEADINGS));
             if !within(to) || !*clear.entry(to).or_insert_with(|| floor.is_clear(&pose(to))) {

@@ -19,6 +19,11 @@ pub(super) struct Floor {
     half: [f64; 2],
 }
 
+/// Convex outlines of what stands on the floor before a wall, m.
+pub fn outlines(wall: &Wall, obstacles: &[TriMesh], options: &CoverOptions) -> Vec<Vec<Point2<f64>>> {
+    Floor::new(wall, obstacles, options).obstacles
+}
+
 /// What a base meets and how deep, m.
 pub(super) struct Meeting {
     pub what: String,
@@ -42,11 +47,6 @@ impl Floor {
     /// Width of the base with its margins, m.
     pub fn width(&self) -> f64 {
         2.0 * self.half[0].min(self.half[1])
-    }
-
-    /// Outlines of what stands on the floor, m.
-    pub fn obstacles(&self) -> &[Vec<Point2<f64>>] {
-        &self.obstacles
     }
 
     /// Whether the base with its margin meets nothing.

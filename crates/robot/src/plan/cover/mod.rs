@@ -18,6 +18,7 @@ mod sweep;
 mod verify;
 
 pub use error::CoverError;
+pub use floor::outlines;
 pub use options::{BasePose, CoverMethod, CoverOptions};
 pub use pen_reach::PenReach;
 pub use place::{Coverage, Cut, CutKind, Piece, Place};

@@ -64,9 +64,7 @@ impl PenReach {
     pub fn new(map: &ReachMap) -> Self {
         let [n, m, k] = map.grid.size;
         let size = [2 * n - 1, m, k];
-        let at = |i: usize, j: usize, l: usize| {
-            map.nodes[map.grid.index([i.abs_diff(n - 1), j, l])] == Reach::Free
-        };
+        let at = |i: usize, j: usize, l: usize| map.nodes[map.grid.index([i.abs_diff(n - 1), j, l])] == Reach::Free;
         let mut sums = vec![0_u32; (size[0] + 1) * (m + 1) * (k + 1)];
         let place = |i: usize, j: usize, l: usize| (i * (m + 1) + j) * (k + 1) + l;
         let mut free = Vec::new();

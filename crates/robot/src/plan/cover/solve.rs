@@ -183,8 +183,7 @@ fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&st
         let flat: Vec<Stretch> = stretches.iter().flatten().copied().collect();
         let swept = sweep(asked.ink, &flat).map_err(|column| no_place(asked, &all, &flat, column))?;
         bound = bound.max(if round == 1 { swept.stretches.len() } else { 0 });
-        let places: Vec<(BasePose, [f64; 2])> =
-            swept.stretches.iter().map(|s| (all[s.place].pose, span(s))).collect();
+        let places: Vec<(BasePose, [f64; 2])> = swept.stretches.iter().map(|s| (all[s.place].pose, span(s))).collect();
         let chosen = Chosen { places, optimal: true, bound };
         let mut coverage = told(job, asked.ink, "map", chosen, &job.cover.borders)?;
         let used = shortest(asked.ink, &mut coverage, &all, &flat);
@@ -310,8 +309,7 @@ fn by_hand(
     let held = |c: &usize| flat.iter().any(|s| (s.first..=s.last).contains(c));
     let ink = asked.ink;
     if let Some(column) = (0..ink.columns.len()).filter(|c| ink.columns[*c].is_some()).find(|c| !held(c)) {
-        let all: Vec<Candidate> =
-            poses.iter().map(|p| Candidate { pose: *p, axis: axis_of(p, job.cover) }).collect();
+        let all: Vec<Candidate> = poses.iter().map(|p| Candidate { pose: *p, axis: axis_of(p, job.cover) }).collect();
         return Err(no_place(asked, &all, &flat, column));
     }
     let chosen = Chosen { places: places.iter().map(|p| (p.0, p.1)).collect(), optimal: false, bound: 0 };
@@ -327,4 +325,3 @@ fn by_hand(
     }
     Ok(coverage)
 }
-

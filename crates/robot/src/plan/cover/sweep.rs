@@ -39,7 +39,13 @@ pub(super) fn passes(turns: &[usize], p: usize, q: usize) -> usize {
     let mut side = 0_i8;
     let mut count = 0;
     for c in turns {
-        let here = if *c < p { -1 } else if *c > q { 1 } else { 0 };
+        let here = if *c < p {
+            -1
+        } else if *c > q {
+            1
+        } else {
+            0
+        };
         if here != 0 {
             count += usize::from(side != 0 && here != side);
             side = here;
@@ -121,7 +127,8 @@ pub(super) fn sweep(ink: &Ink, stretches: &[Stretch]) -> Result<Swept, usize> {
         cut.map(|s| passes(&s.turns, *p, *q)).sum()
     };
     let costs: Vec<usize> = seams.par_iter().map(cost).collect();
-    let mut fewest: Vec<Option<(usize, Option<usize>)>> = (0..n).map(|j| (starts(j) && from[j] == (1, 0)).then_some((0, None))).collect();
+    let mut fewest: Vec<Option<(usize, Option<usize>)>> =
+        (0..n).map(|j| (starts(j) && from[j] == (1, 0)).then_some((0, None))).collect();
     for j in 0..n {
         for (i, _) in edges.iter().filter(|(_, k)| *k == j) {
             let Some((passed, _)) = fewest[*i] else { continue };

@@ -34,7 +34,12 @@ pub(super) struct Failure {
 }
 
 /// What of `pieces` can't be drawn from a base at `pose`; `None` when all can.
-pub(super) fn verify(job: &CoverJob, ink: &Ink, pose: &BasePose, pieces: &[Piece]) -> Result<Option<Failure>, MeshError> {
+pub(super) fn verify(
+    job: &CoverJob,
+    ink: &Ink,
+    pose: &BasePose,
+    pieces: &[Piece],
+) -> Result<Option<Failure>, MeshError> {
     let world = Pose::from_parts(
         Translation3::new(pose.x, pose.y, 0.0),
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.heading),
@@ -50,8 +55,7 @@ pub(super) fn verify(job: &CoverJob, ink: &Ink, pose: &BasePose, pieces: &[Piece
         options: &options,
         home: *job.home,
     };
-    let ways: Vec<(usize, Vec<usize>, Vec<Waypoint>)> =
-        pieces.iter().filter_map(|p| way(ink, p, &options)).collect();
+    let ways: Vec<(usize, Vec<usize>, Vec<Waypoint>)> = pieces.iter().filter_map(|p| way(ink, p, &options)).collect();
     let waits = cell.surroundings.clearance(&arm.kinematics(job.home), PenUse::Travelling);
     if !waits.is_clear() {
         let columns = ways.iter().flat_map(|w| w.1.iter().copied()).collect();
@@ -66,7 +70,8 @@ pub(super) fn verify(job: &CoverJob, ink: &Ink, pose: &BasePose, pieces: &[Piece
             found.into_iter().map(|g| {
                 let ends = way[g.first].source.floor() as usize..=way[g.last].source.ceil() as usize;
                 let touched = columns[*ends.start()..=(*ends.end()).min(columns.len() - 1)].iter().copied().collect();
-                let length = (g.first..g.last).map(|i| (way[i + 1].target.position - way[i].target.position).norm()).sum();
+                let length =
+                    (g.first..g.last).map(|i| (way[i + 1].target.position - way[i].target.position).norm()).sum();
                 (touched, length, g.reason)
             })
         })
@@ -79,7 +84,8 @@ pub(super) fn verify(job: &CoverJob, ink: &Ink, pose: &BasePose, pieces: &[Piece
 /// A piece's poses, and the column of each of its targets.
 fn way(ink: &Ink, piece: &Piece, options: &PlanOptions) -> Option<(usize, Vec<usize>, Vec<Waypoint>)> {
     let stroke = ink.strokes.iter().find(|s| s.layer == piece.layer && s.stroke == piece.stroke)?;
-    let within: Vec<_> = stroke.samples.iter().filter(|s| s.at >= piece.from - 1e-9 && s.at <= piece.to + 1e-9).collect();
+    let within: Vec<_> =
+        stroke.samples.iter().filter(|s| s.at >= piece.from - 1e-9 && s.at <= piece.to + 1e-9).collect();
     let mut kept: Vec<usize> = Vec::new();
     for (i, s) in within.iter().enumerate() {
         let far = kept.last().is_none_or(|k| (within[*k].target.position - s.target.position).norm() > 0.3 * STEP);
