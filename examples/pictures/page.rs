@@ -99,7 +99,10 @@ pub fn smooth(points: &[P], closed: bool) -> Vec<P> {
             let t = k as f64 / steps as f64;
             let mix = |a: f64, b: f64, c: f64, d: f64| {
                 let (t2, t3) = (t * t, t * t * t);
-                0.5 * (2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * t2 + (3.0 * b - a - 3.0 * c + d) * t3)
+                0.5 * (2.0 * b
+                    + (c - a) * t
+                    + (2.0 * a - 5.0 * b + 4.0 * c - d) * t2
+                    + (3.0 * b - a - 3.0 * c + d) * t3)
             };
             out.push((mix(a.0, b.0, c.0, d.0), mix(a.1, b.1, c.1, d.1)));
         }

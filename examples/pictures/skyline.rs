@@ -8,9 +8,18 @@ pub fn page() -> Page {
     let mut page = Page::new(1190.0, 500.0, &[("Black", "#1b1b1f")]);
     river(&mut page);
     for (x, w, h, kind) in [
-        (34.0, 56.0, 150.0, 0), (96.0, 44.0, 206.0, 1), (146.0, 60.0, 118.0, 2), (212.0, 40.0, 250.0, 1), (340.0, 54.0, 176.0, 0),
-        (400.0, 46.0, 232.0, 2), (598.0, 48.0, 196.0, 1), (652.0, 62.0, 134.0, 0), (842.0, 44.0, 262.0, 2), (892.0, 58.0, 160.0, 1),
-        (956.0, 42.0, 214.0, 0), (1094.0, 62.0, 140.0, 2),
+        (34.0, 56.0, 150.0, 0),
+        (96.0, 44.0, 206.0, 1),
+        (146.0, 60.0, 118.0, 2),
+        (212.0, 40.0, 250.0, 1),
+        (340.0, 54.0, 176.0, 0),
+        (400.0, 46.0, 232.0, 2),
+        (598.0, 48.0, 196.0, 1),
+        (652.0, 62.0, 134.0, 0),
+        (842.0, 44.0, 262.0, 2),
+        (892.0, 58.0, 160.0, 1),
+        (956.0, 42.0, 214.0, 0),
+        (1094.0, 62.0, 140.0, 2),
     ] {
         block(&mut page, x, w, h, kind);
     }
@@ -78,7 +87,15 @@ fn block(page: &mut Page, x: f64, w: f64, h: f64, kind: i32) {
     page.hatched(0, &shade, 55.0, 5.0);
     if h > 200.0 {
         page.line(0, &[(x + 0.5 * w, top + 5.0), (x + 0.5 * w, top + 34.0)]);
-        page.line(0, &[(x + 0.35 * w, top + 5.0), (x + 0.35 * w, top + 14.0), (x + 0.65 * w, top + 14.0), (x + 0.65 * w, top + 5.0)]);
+        page.line(
+            0,
+            &[
+                (x + 0.35 * w, top + 5.0),
+                (x + 0.35 * w, top + 14.0),
+                (x + 0.65 * w, top + 14.0),
+                (x + 0.65 * w, top + 5.0),
+            ],
+        );
     }
 }
 
@@ -105,7 +122,15 @@ fn dome(page: &mut Page, x: f64, r: f64) {
             .collect();
         page.line(0, &rib);
     }
-    page.line(0, &[(x - 9.0, base + r + 13.0), (x - 9.0, base + r + 28.0), (x + 9.0, base + r + 28.0), (x + 9.0, base + r + 13.0)]);
+    page.line(
+        0,
+        &[
+            (x - 9.0, base + r + 13.0),
+            (x - 9.0, base + r + 28.0),
+            (x + 9.0, base + r + 28.0),
+            (x + 9.0, base + r + 13.0),
+        ],
+    );
     page.arc(0, (x, base + r + 28.0), 9.0, 10.0, 170.0);
     page.line(0, &[(x, base + r + 38.0), (x, base + r + 56.0)]);
     page.line(0, &[(x - 5.0, base + r + 49.0), (x + 5.0, base + r + 49.0)]);
@@ -121,7 +146,12 @@ fn lattice(page: &mut Page, x: f64, h: f64) {
     };
     for side in [-1.0, 1.0] {
         for inner in [1.0, 0.72] {
-            let leg: Vec<P> = (0..=n).map(|k| { let p = at(k, side); (x + (p.0 - x) * inner, p.1) }).collect();
+            let leg: Vec<P> = (0..=n)
+                .map(|k| {
+                    let p = at(k, side);
+                    (x + (p.0 - x) * inner, p.1)
+                })
+                .collect();
             page.line(0, &smooth(&leg, false));
         }
     }
@@ -156,7 +186,10 @@ fn spire(page: &mut Page, x: f64, w: f64) {
     page.line(0, &[(x, top - 26.0), (x + 6.0, top - 26.0)]);
     for k in 0..12 {
         let a = (30.0 * f64::from(k)).to_radians();
-        page.line(0, &placed(&[(9.0 * a.cos(), 9.0 * a.sin()), (11.0 * a.cos(), 11.0 * a.sin())], (x, top - 26.0), 1.0, false));
+        page.line(
+            0,
+            &placed(&[(9.0 * a.cos(), 9.0 * a.sin()), (11.0 * a.cos(), 11.0 * a.sin())], (x, top - 26.0), 1.0, false),
+        );
     }
     for row in 0..4 {
         let y = QUAY + 12.0 + 20.0 * f64::from(row);

@@ -255,7 +255,7 @@ pub struct CoverageMetrics {
     pub crossings: usize,
     /// Length of the ways between places.
     pub drive_m: f64,
-    /// 1 where no choice among the places tried has fewer of them, or as many and fewer strokes cut; else 0.
+    /// 1 where no choice among the places tried has fewer of them, else 0.
     pub optimal: usize,
     /// No choice among the places tried has fewer of them; absent where that wasn't asked.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -119,3 +119,28 @@ fn search(floor: &Floor, a: &BasePose, b: &BasePose) -> Option<Vec<BasePose>> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+
+    /// A wall along y at x = 1 with a door of the given width in it, round y = 1.
+    fn floor(door: f64) -> Floor {
+        let wall = |a: f64, b: f64| [Point2::new(1.0, a), Point2::new(1.0, b)];
+        Floor::bare(vec![wall(-9.0, 1.0 - 0.5 * door), wall(1.0 + 0.5 * door, 9.0)], [0.50, 0.4165])
+    }
+
+    #[test]
+    fn a_base_drives_round_to_a_door_and_through_it_if_it_is_wide_enough() {
+        let pose = |x: f64, deg: f64| BasePose { x, y: 0.0, heading: deg.to_radians() };
+        let (from, to) = (pose(0.3, 0.0), pose(2.0, 0.0));
+        let found = way(&floor(0.95), &from, &to).unwrap();
+        assert_eq!((found[0], found[found.len() - 1]), (from, to));
+        assert!(found.len() > 2 && found.windows(2).all(|w| is_straight_clear(&floor(0.95), &w[0], &w[1])));
+        assert!(found.iter().any(|p| (p.y - 1.0).abs() < 0.1), "{found:?}");
+        assert_eq!(way(&floor(0.80), &from, &to), None);
+        // nothing between: straight
+        assert_eq!(way(&floor(0.80), &from, &pose(0.2, 90.0)).map(|w| w.len()), Some(2));
+    }
+}

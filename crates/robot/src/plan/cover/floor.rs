@@ -44,6 +44,12 @@ impl Floor {
         }
     }
 
+    /// A floor with these alone.
+    #[cfg(test)]
+    pub fn bare(barriers: Vec<[Point2<f64>; 2]>, half: [f64; 2]) -> Self {
+        Self { barriers, obstacles: Vec::new(), half }
+    }
+
     /// Width of the base with its margins, m.
     pub fn width(&self) -> f64 {
         2.0 * self.half[0].min(self.half[1])

@@ -113,7 +113,7 @@ pub struct Coverage {
     pub drives: Vec<Vec<BasePose>>,
     /// Arc lengths at which seams are straight, m; empty where they are free.
     pub borders: Vec<f64>,
-    /// Whether no cover over the same candidates has fewer places, or as many and fewer strokes cut.
+    /// Whether no cover over the same candidates has fewer places.
     pub optimal: bool,
     /// No cover over the candidates has fewer places than this; 0 where that wasn't asked.
     pub bound: usize,
@@ -134,7 +134,8 @@ impl Coverage {
     /// Length of all drives between places, m.
     pub fn drive(&self) -> f64 {
         let length = |way: &Vec<BasePose>| way.windows(2).map(|w| (w[1].center() - w[0].center()).norm()).sum::<f64>();
-        self.drives.iter().map(length).sum()
+        // an empty sum is -0
+        self.drives.iter().map(length).sum::<f64>() + 0.0
     }
 
     /// What of `drawing` is drawn from place `index`: the layers of the drawing, with its pieces as strokes in drawing order.

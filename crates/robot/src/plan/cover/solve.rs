@@ -64,9 +64,10 @@ struct Chosen {
 
 /// Where to stand to draw all of a drawing on a wall, and what to draw from where.
 ///
-/// By the default method no cover over the same candidates has fewer places; none with as many cuts fewer strokes; none that cuts as
-/// many has fewer seams crossed; and of the places that do for the strokes so shared out, those with the shortest way between them are
-/// taken. `map` makes the map of reach that is asked for; `hear` is told each stage.
+/// The default method takes places whose unbroken stretches of reached ink cover it all. No such cover has fewer places; none with as
+/// many cuts fewer strokes; none that cuts as many has fewer seams crossed; and of the places that do for the strokes so shared out,
+/// those with the shortest straight way between them are taken. A place that reaches several stretches counts for one of them at a
+/// time; [`Coverage::bound`] holds for all of them together. `map` makes the map of reach that is asked for; `hear` is told each stage.
 ///
 /// # Errors
 /// See [`CoverError`].
@@ -182,9 +183,14 @@ fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&st
         let started = Instant::now();
         let flat: Vec<Stretch> = stretches.iter().flatten().copied().collect();
         let swept = sweep(asked.ink, &flat).map_err(|column| no_place(asked, &all, &flat, column))?;
-        bound = bound.max(if round == 1 { swept.stretches.len() } else { 0 });
+        if round == 1 {
+            // were what each place misses between its ends reached too, no cover could need more
+            let hull = |s: &Vec<Stretch>| Some(Stretch { last: s.last()?.last, ..*s.first()? });
+            let hulls: Vec<Stretch> = stretches.iter().filter_map(hull).collect();
+            bound = sweep(asked.ink, &hulls).map_or(0, |s| s.stretches.len());
+        }
         let places: Vec<(BasePose, [f64; 2])> = swept.stretches.iter().map(|s| (all[s.place].pose, span(s))).collect();
-        let chosen = Chosen { places, optimal: true, bound };
+        let chosen = Chosen { optimal: places.len() == bound, places, bound };
         let mut coverage = told(job, asked.ink, "map", chosen, &job.cover.borders)?;
         let used = shortest(asked.ink, &mut coverage, &all, &flat);
         solver_s += started.elapsed().as_secs_f64();
