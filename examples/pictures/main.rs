@@ -2,16 +2,20 @@
 //!
 //! Scenes of signed distance fields ([`field`]) are drawn by a small sphere tracer ([`march`]): a portrait, a still
 //! life, a pasture with its true depth and labels, a shell. Flat test pictures ([`chart`]) and a recording of a stylus
-//! ([`signature`]) go with them. The same files come out of every run. `--draft` renders at a third of the size.
+//! ([`signature`]) go with them, and what is drawn on walls: strokes on a [`page`] ([`frieze`], [`skyline`]) and flat colour ([`mural`]). The same files come out of every run. `--draft` renders at a third of the size.
 mod chart;
 mod field;
 mod files;
+mod frieze;
 mod march;
+mod mural;
 mod orchard;
+mod page;
 mod pasture;
 mod portrait;
 mod shell;
 mod signature;
+mod skyline;
 
 use std::io::Result;
 use std::path::{Path, PathBuf};
@@ -63,13 +67,21 @@ impl Studio {
                 files::write(&path, width, height, ColorType::Rgba, BitDepth::Eight, &chart::chart())?;
                 files::grey16(&self.file("ramp16.png"), chart::RAMP.0, chart::RAMP.1, chart::ramp())
             }
+            "frieze" => std::fs::write(self.file("frieze.svg"), frieze::page().svg("Frieze")),
+            "skyline" => std::fs::write(self.file("skyline.svg"), skyline::page().svg("Skyline")),
+            "letters" | "flowers" => {
+                let mural = if name == "letters" { mural::letters() } else { mural::flowers() };
+                let path = self.file(&format!("{name}.png"));
+                files::write(&path, mural.width, mural.height, ColorType::Rgb, BitDepth::Eight, &mural.bytes())
+            }
             "signature" => std::fs::write(self.file("signature.jsonl"), signature::recording()),
             other => Err(std::io::Error::other(format!("no picture is called {other:?}: choose from {NAMES:?}"))),
         }
     }
 }
 
-const NAMES: [&str; 6] = ["portrait", "orchard", "pasture", "shell", "chart", "signature"];
+const NAMES: [&str; 10] =
+    ["portrait", "orchard", "pasture", "shell", "chart", "signature", "frieze", "skyline", "letters", "flowers"];
 
 fn main() -> Result<()> {
     let mut args: Vec<String> = std::env::args().skip(1).collect();

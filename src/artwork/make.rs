@@ -18,7 +18,7 @@ const FLATTENING: f64 = 1e-5;
 const BLACK: Rgb = Rgb([26, 26, 30]);
 
 /// A drawing and where it came from.
-pub(crate) struct Made {
+pub struct Made {
     /// The strokes.
     pub drawing: Drawing,
     /// The picture that they were made from, if it was one.
@@ -28,7 +28,7 @@ pub(crate) struct Made {
 }
 
 /// Reads, or makes, a drawing and puts its strokes in order.
-pub(crate) fn make(sketch: &Sketch, progress: &dyn Progress) -> Result<Made, ArtworkError> {
+pub fn make(sketch: &Sketch, progress: &dyn Progress) -> Result<Made, ArtworkError> {
     let spec = &sketch.drawing;
     let mut made = match &spec.artwork {
         Artwork::Picture(picture) => picture_art::make(picture, sketch, progress)?,

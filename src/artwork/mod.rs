@@ -10,6 +10,6 @@ mod preview;
 pub use error::ArtworkError;
 pub use part::{Part, PartError};
 
-pub(crate) use make::{Made, make};
+pub use make::{Made, make};
 pub(crate) use pens::pens;
 pub(crate) use preview::{Likenesses, desired_trace, estimated_time};

@@ -45,6 +45,8 @@ pub(super) enum Command {
     Draw(Job),
     /// Lay a scenario's drawing on its canvas and say how it is distorted.
     Map(Job),
+    /// Find where a mobile base has to stand to draw a scenario's drawing on a wall: places, cuts, drives, a plan from above.
+    Cover(Job),
     /// Plan a scenario's motion and say what can't be reached.
     Plan {
         #[command(flatten)]

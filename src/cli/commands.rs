@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use crate::cover::CoverageError;
 use crate::exec::StopFlag;
 use crate::experiment::ExperimentError;
 use crate::files;
@@ -15,6 +16,7 @@ use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, Scen
 
 use super::Ending;
 use super::args::{Args, Command, Job, Listed};
+use super::cover;
 use super::experiments;
 use super::print::{self, Printer};
 use super::progress::listener;
@@ -31,6 +33,8 @@ pub(super) enum CommandError {
     Output(#[from] OutputError),
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Cover(#[from] CoverageError),
     #[error(transparent)]
     Reach(#[from] ReachError),
     #[error(transparent)]
@@ -71,6 +75,7 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
             }
         }
         Command::Merge { folders, out } => experiments::merge(args, folders, out),
+        Command::Cover(job) => cover::cover(args, job),
         Command::Reach(job) => reach::reach(args, job),
         Command::List { kind } => list(*kind),
     }
@@ -190,7 +195,7 @@ fn tell(args: &Args, outcome: &Outcome) -> Result<(), CommandError> {
     Ok(())
 }
 
-fn scenario_file(typed: &Path) -> Result<PathBuf, CommandError> {
+pub(super) fn scenario_file(typed: &Path) -> Result<PathBuf, CommandError> {
     asset_file(AssetKind::Scenario, typed)
 }
 
@@ -206,6 +211,6 @@ pub(super) fn asset_file(kind: AssetKind, typed: &Path) -> Result<PathBuf, Comma
 }
 
 /// Where the files go: as typed, or `out/` and the file's name.
-fn out_folder(job: &Job, file: &Path) -> PathBuf {
+pub(super) fn out_folder(job: &Job, file: &Path) -> PathBuf {
     job.out.clone().unwrap_or_else(|| Path::new("out").join(file.file_stem().unwrap_or(OsStr::new("scenario"))))
 }

@@ -2,6 +2,7 @@
 
 mod args;
 mod commands;
+mod cover;
 mod experiments;
 mod print;
 mod progress;

@@ -5,10 +5,11 @@ use crate::math::Rgb;
 use crate::math::stats::Running;
 use crate::measure::laid::laid_strokes;
 use crate::measure::{
-    ContactMetrics, DrawingMetrics, GridShape, LayerMetrics, LineFit, LineMetrics, MappingMetrics, PlanFailure,
-    PlanMetrics, ShapeMetrics, SideErrors, SimMetrics, TruthMetrics,
+    ContactMetrics, CoverageMetrics, DrawingMetrics, GridShape, LayerMetrics, LineFit, LineMetrics, MappingMetrics,
+    PlanFailure, PlanMetrics, ShapeMetrics, SideErrors, SimMetrics, TruthMetrics,
 };
 use crate::mesh::Distortion;
+use crate::plan::cover::Coverage;
 use crate::plan::{Plan, ReachReport, SegmentKind};
 use crate::surface::SurfaceDrawing;
 use crate::truth::TruthReport;
@@ -71,6 +72,22 @@ impl MappingMetrics {
         let errors = strokes.iter().filter(|s| s.desired_m >= SHORT).map(|s| (s.laid_m / s.desired_m - 1.0).abs());
         let worst = errors.fold(None, |worst: Option<f64>, e| Some(worst.unwrap_or(0.0).max(e)));
         Self { kind: kind.into(), length_error_max: worst, duration_s: Some(duration_s), ..Default::default() }
+    }
+}
+
+impl CoverageMetrics {
+    /// Figures of a cover.
+    pub fn of(c: &Coverage) -> Self {
+        Self {
+            method: c.method.clone(),
+            places: c.places.len(),
+            cuts: c.strokes_cut(),
+            crossings: c.cuts.len(),
+            drive_m: c.drive(),
+            optimal: usize::from(c.optimal),
+            bound: (c.bound > 0).then_some(c.bound),
+            solver_s: c.solver_s,
+        }
     }
 }
 

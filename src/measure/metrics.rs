@@ -32,6 +32,9 @@ pub struct Metrics {
     /// The map from sheet to canvas.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<MappingMetrics>,
+    /// Where a mobile base stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<CoverageMetrics>,
     /// The plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanMetrics>,
@@ -236,6 +239,29 @@ pub struct PlanMetrics {
     /// Time the computer took to plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
+}
+
+/// Where a mobile base stands to draw a wall.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct CoverageMetrics {
+    /// `map`, `circles` or `poses`.
+    pub method: String,
+    /// Places that the base stands at.
+    pub places: usize,
+    /// Strokes that no place draws whole.
+    pub cuts: usize,
+    /// Passes of a stroke from one place to another.
+    pub crossings: usize,
+    /// Length of the ways between places.
+    pub drive_m: f64,
+    /// 1 where no choice among the places tried has fewer of them, else 0.
+    pub optimal: usize,
+    /// No choice among the places tried has fewer of them; absent where that wasn't asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<usize>,
+    /// Time the computer took to choose among them.
+    pub solver_s: f64,
 }
 
 /// The simulation.

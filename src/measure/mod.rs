@@ -16,8 +16,8 @@ pub use heights::StrokeHeights;
 pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
 pub use metrics::{
-    BeliefMetrics, ContactMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics, MappingMetrics, Metrics,
-    PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,
+    BeliefMetrics, ContactMetrics, CoverageMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics,
+    MappingMetrics, Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,
 };
 pub use paths::MetricPath;
 pub use shape::{GridShape, SideErrors, grid_shape, side_errors};

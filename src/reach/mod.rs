@@ -269,13 +269,19 @@ fn map_name(arm: &Arm) -> String {
 }
 
 /// A map, and the name under which it is kept if it isn't yet.
-struct Made {
-    map: ReachMap,
-    to_keep: Option<String>,
+pub(crate) struct Made {
+    pub map: ReachMap,
+    pub to_keep: Option<String>,
 }
 
 /// The map from the cache, or a new one. What is kept in a wrong form is made anew.
-fn kept_or_made(name: &str, probe: &ReachProbe, grid: &ReachGrid, cache: &OutputDir, progress: &dyn Progress) -> Made {
+pub(crate) fn kept_or_made(
+    name: &str,
+    probe: &ReachProbe,
+    grid: &ReachGrid,
+    cache: &OutputDir,
+    progress: &dyn Progress,
+) -> Made {
     let file = format!("reach-{}.npy", probe.key(grid));
     let kept = std::fs::read(cache.path().join(&file)).ok().and_then(|bytes| {
         read_npy_bytes(&grid.size, &bytes)?.iter().map(|b| Reach::from_byte(*b)).collect::<Option<Vec<_>>>()
@@ -289,7 +295,7 @@ fn kept_or_made(name: &str, probe: &ReachProbe, grid: &ReachGrid, cache: &Output
 }
 
 /// A map as a NumPy array of bytes.
-fn npy_of(map: &ReachMap) -> Vec<u8> {
+pub(crate) fn npy_of(map: &ReachMap) -> Vec<u8> {
     let bytes: Vec<u8> = map.nodes.iter().map(|r| *r as u8).collect();
     npy_bytes(&map.grid.size, &bytes)
 }

@@ -92,18 +92,23 @@ impl Figure {
 
     /// The figure as PNG, twice as many pixels wide and high. Its font comes with the program.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        let mut options = Options { font_family: "Ubuntu".into(), ..Options::default() };
-        options.fontdb_mut().load_font_data(UBUNTU_LIGHT.to_vec());
-        options.fontdb_mut().set_sans_serif_family("Ubuntu");
-        let tree = Tree::from_str(&self.svg(), &options)?;
-        let size = tree.size();
-        let [width, height] = [size.width(), size.height()].map(|x| (x * SCALE).ceil() as u32);
-        let mut pixels = Pixmap::new(width, height).ok_or(FigureError::Size { width, height })?;
-        resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-        // the ground is white and opaque, so that premultiplied colours are plain ones
-        let rgb = pixels.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        Ok(Image::new(width, height, rgb)?.to_png(None)?)
+        svg_png(&self.svg())
     }
+}
+
+/// An SVG on an opaque ground as PNG, twice as many pixels wide and high. Its font comes with the program.
+pub fn svg_png(svg: &str) -> Result<Vec<u8>, FigureError> {
+    let mut options = Options { font_family: "Ubuntu".into(), ..Options::default() };
+    options.fontdb_mut().load_font_data(UBUNTU_LIGHT.to_vec());
+    options.fontdb_mut().set_sans_serif_family("Ubuntu");
+    let tree = Tree::from_str(svg, &options)?;
+    let size = tree.size();
+    let [width, height] = [size.width(), size.height()].map(|x| (x * SCALE).ceil() as u32);
+    let mut pixels = Pixmap::new(width, height).ok_or(FigureError::Size { width, height })?;
+    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
+    // the ground is white and opaque, so that premultiplied colours are plain ones
+    let rgb = pixels.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    Ok(Image::new(width, height, rgb)?.to_png(None)?)
 }
 
 /// The colour of a share from 0, light, to 1, dark: even in lightness, one hue, so that it reads in grey too.

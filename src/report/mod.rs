@@ -1,5 +1,6 @@
 //! Files that a person or a program reads.
 
+mod cover_figure;
 mod distortion;
 mod drawing_svg;
 mod figure;
@@ -17,9 +18,10 @@ mod sample;
 mod stages_csv;
 mod summary;
 
+pub use cover_figure::{CoverSketch, cover_svg};
 pub use distortion::distortion_picture;
 pub use drawing_svg::drawing_svg;
-pub use figure::{Figure, FigureError, heat_color};
+pub use figure::{Figure, FigureError, heat_color, svg_png};
 pub use heights::{heights_csv, heights_figure};
 pub use html::{document, escape};
 pub use npy::{npy_bytes, read_npy_bytes};

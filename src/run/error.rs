@@ -31,6 +31,11 @@ pub enum RunError {
         /// Why not.
         source: std::io::Error,
     },
+    /// The base would have to drive.
+    #[error(
+        "`[coverage]` asks for a base that drives from place to place, and this robot's stands still: see `calamus cover`"
+    )]
+    Driving,
     /// An output can't be written.
     #[error(transparent)]
     Output(#[from] OutputError),

@@ -38,7 +38,7 @@ fn part(drawing: &Drawing, from: usize, to: usize) -> Drawing {
 }
 
 /// The scenario's mapping of a drawing's sheet onto a canvas, and what came of flattening it.
-pub(super) fn mapping_onto(
+pub(crate) fn mapping_onto(
     scenario: &Scenario,
     drawing: &Drawing,
     canvas: &Canvas,

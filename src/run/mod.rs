@@ -29,6 +29,8 @@ pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
 pub use inputs::{BUILD, Inputs};
+pub(crate) use mapping::mapping_onto;
+pub(crate) use setup::scene_of;
 
 use belief::{believe, prepare};
 use perform::perform;

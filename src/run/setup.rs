@@ -38,11 +38,7 @@ impl Setup {
         let mut cell = Cell::load(&scenario.robot)?;
         let parked = park(&mut cell, scenario)?;
         let kits = kits(&cell, scenario)?;
-        let mut scene = Scene::read(&scenario.canvas.scene)?;
-        // the drawing lies on the sheet as it is; the sheet is moved and turned
-        let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
-        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
-        scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
+        let scene = scene_of(scenario)?;
         let truth = Truth::new(&scene.canvas, &kits, &options::truth_spec(scenario, scene.friction))?;
         let truth_metrics = (!scenario.truth.is_nominal()).then(|| TruthMetrics::of(truth.report()));
         Ok(Self { cell, parked, kits, scene, truth, truth_metrics, drawing, pens })
@@ -59,6 +55,15 @@ impl Setup {
         obstacles.extend(self.cell.solids(&self.parked)?);
         Ok(obstacles)
     }
+}
+
+/// The scenario's nominal scene. The drawing lies on the sheet as it is; the sheet is moved and turned.
+pub(crate) fn scene_of(scenario: &Scenario) -> Result<Scene, RunError> {
+    let mut scene = Scene::read(&scenario.canvas.scene)?;
+    let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
+    scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
+    Ok(scene)
 }
 
 /// Takes the arms that don't draw out of the cell.

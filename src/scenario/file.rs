@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::Rgb;
 use crate::surface::{FlattenOptions, MappingKind};
 
+use super::coverage::CoverageSettings;
 use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
     Style, TspSettings,
@@ -56,6 +57,9 @@ pub struct ScenarioFile {
     /// How arms with grippers fetch their pens.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tools: Option<ToolSettings>,
+    /// Where a mobile base stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<CoverageSettings>,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

@@ -6,6 +6,7 @@
 mod accept;
 mod assets;
 mod check;
+mod coverage;
 mod drawing;
 mod file;
 pub(crate) mod options;
@@ -21,6 +22,7 @@ mod truth;
 
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
+pub use coverage::{CircleSettings, CoverKind, CoverageSettings};
 pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
 pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;

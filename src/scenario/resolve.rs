@@ -11,6 +11,7 @@ use crate::surface::{FlattenOptions, MappingKind};
 
 use super::assets::{AssetKind, Assets};
 use super::check::Check;
+use super::coverage::{CoverageSettings, check_coverage};
 use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
 use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
@@ -98,6 +99,8 @@ pub struct Scenario {
     pub touch: Option<TouchSettings>,
     /// How arms with grippers fetch their pens.
     pub tools: Option<ToolSettings>,
+    /// Where a mobile base stands.
+    pub coverage: Option<CoverageSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -234,6 +237,9 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     if let Some(tools) = &typed.tools {
         check_tools(tools, check)?;
     }
+    if let Some(coverage) = &typed.coverage {
+        check_coverage(coverage, check)?;
+    }
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
     check_render(&typed.render, check)?;
@@ -257,6 +263,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         scan,
         touch,
         tools: typed.tools,
+        coverage: typed.coverage,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -430,6 +437,7 @@ impl From<Scenario> for ScenarioFile {
             scan: s.scan,
             touch: s.touch,
             tools: s.tools,
+            coverage: s.coverage,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

@@ -1,6 +1,7 @@
 //! A drawing on a believed surface and a robot, to timed joint motion.
 
 mod assembly;
+pub mod cover;
 mod depth;
 mod error;
 mod field;

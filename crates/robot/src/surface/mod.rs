@@ -10,6 +10,7 @@ mod scene;
 mod shape;
 mod torn;
 mod touched;
+mod wall;
 
 pub use canvas::{BelievedCanvas, Canvas, SheetFrame};
 pub use conformal::{ConformalMap, FlattenError, FlattenMethod, FlattenOptions, FlattenReport, PatchKind};
@@ -20,3 +21,4 @@ pub use projection::{MapError, MapFailure, MapProblem, Projection, map_drawing};
 pub use scene::{Furniture, Scene, SceneError};
 pub use torn::map_what_fits;
 pub use touched::TouchedCanvas;
+pub use wall::Wall;

@@ -5,7 +5,7 @@
 //! color = [236, 232, 220]                 # of the canvas, sRGB
 //! friction = 0.3                          # between pen and canvas
 //! [canvas]
-//! shape = "dome"                          # plane, dome, column, cone, bucket, box, cylinder or mesh
+//! shape = "dome"                          # plane, dome, column, cone, bucket, box, cylinder, extrusion or mesh
 //! radius_mm = 150
 //! pose = { xyz_mm = [520, 0, 300], rpy_deg = [0, 0, 0] }
 //! [sheet]
@@ -27,6 +27,7 @@ use super::canvas::{Canvas, SheetFrame};
 use super::mapped::Mapping;
 use super::projection::Projection;
 use super::shape::{ShapeError, ShapeFile};
+use super::wall::Wall;
 use crate::diagnostic::{self, ConfigError};
 use crate::files;
 use crate::math::{Pose, Rgb, frame_from_axes};
@@ -69,6 +70,8 @@ pub struct Scene {
     pub color: Rgb,
     /// Coulomb friction between pen and canvas.
     pub friction: f64,
+    /// The canvas as a wall, of an extrusion.
+    pub wall: Option<Wall>,
     /// Furniture in the file's order.
     pub furniture: Vec<Furniture>,
 }
@@ -122,7 +125,7 @@ impl Scene {
             let message = format!("friction of {friction} is not in 0 to 5");
             return Err(diagnostic::invalid(text, file, "friction", message).into());
         }
-        let mesh = canvas.mesh(file, CANVAS_TRIANGLE_MM).map_err(|e| e.in_table(text, file, "canvas", 0))?;
+        let (mesh, wall) = canvas.made(file, CANVAS_TRIANGLE_MM).map_err(|e| e.in_table(text, file, "canvas", 0))?;
         if canvas.color.is_some() {
             let message = "the colour of the canvas stands above its table: color = [R, G, B]";
             return Err(diagnostic::invalid(text, file, "canvas.color", message).into());
@@ -145,7 +148,7 @@ impl Scene {
                 Ok(Furniture { mesh, color: item.color.unwrap_or_else(white) })
             })
             .collect::<Result<_, SceneError>>()?;
-        Ok(Self { canvas, color, friction, furniture })
+        Ok(Self { canvas, color, friction, wall, furniture })
     }
 }
 
@@ -174,6 +177,7 @@ impl SheetFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::{FlattenOptions, MappingKind, mapping_of};
     use proptest::prelude::*;
 
     const DOME: &str = "name = 'd'\n[canvas]\nshape = 'dome'\nradius_mm = 150\ntriangle_mm = 20\npose = { xyz_mm = [520, 0, 300] }\n\
@@ -243,17 +247,69 @@ mod tests {
         for file in files {
             let scene = Scene::read(&file).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(file.file_stem().unwrap().to_str(), Some(scene.canvas.name.as_str()));
-            assert!(scene.canvas.mesh.signed_volume() > 0.0);
-            // The middle 90 x 180 mm, the smallest canvas of the dissertation's table 8.1, has surface everywhere.
-            let projection = Projection::new(&scene.canvas);
-            for (x, y) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (0.005 * f64::from(i), 0.01 * f64::from(j)))) {
-                let hit = projection.to_surface(&nalgebra::Point2::new(x, y));
-                let hit = hit.unwrap_or_else(|| panic!("{}: nothing at {x}, {y}", file.display()));
-                let reach = shoulders(&scene.canvas.name).into_iter().map(|s| (hit.position - s).norm());
-                let reach = reach.fold(f64::INFINITY, f64::min);
-                assert!((0.3..0.85).contains(&reach), "{}: {x}, {y} is {reach} m from a shoulder", file.display());
+            // walls are for robots that drive up to them
+            let Some(wall) = &scene.wall else {
+                assert!(scene.canvas.mesh.signed_volume() > 0.0);
+                check_reach(&scene, &file);
+                continue;
+            };
+            assert!(wall.profile.length() > 1.0, "{}", file.display());
+            wall_is_drawn_on_along_its_length(&scene, wall);
+        }
+    }
+
+    /// The middle 90 x 180 mm, the smallest canvas of the dissertation's table 8.1, has surface everywhere, in reach of an arm.
+    fn check_reach(scene: &Scene, file: &Path) {
+        let projection = Projection::new(&scene.canvas);
+        for (x, y) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (0.005 * f64::from(i), 0.01 * f64::from(j)))) {
+            let hit = projection.to_surface(&nalgebra::Point2::new(x, y));
+            let hit = hit.unwrap_or_else(|| panic!("{}: nothing at {x}, {y}", file.display()));
+            let reach = shoulders(&scene.canvas.name).into_iter().map(|s| (hit.position - s).norm());
+            let reach = reach.fold(f64::INFINITY, f64::min);
+            assert!((0.3..0.85).contains(&reach), "{}: {x}, {y} is {reach} m from a shoulder", file.display());
+        }
+    }
+
+    /// The curve that the sheet's middle line makes of a drawing, by projection and by a conformal map, follows the wall.
+    fn wall_is_drawn_on_along_its_length(scene: &Scene, wall: &Wall) {
+        let width = if wall.profile.length() > 3.7 { 3.6 } else { 2.0 };
+        let options = FlattenOptions { margin_mm: Some(30.0), ..FlattenOptions::default() };
+        for kind in [MappingKind::Projection, MappingKind::Conformal] {
+            let (mapping, _) = mapping_of(&scene.canvas, kind, [width, 0.4], &options)
+                .unwrap_or_else(|e| panic!("{}: {e}", scene.canvas.name));
+            let mut last: Option<f64> = None;
+            for k in 0..=200 {
+                let x = width * (f64::from(k) / 200.0 - 0.5);
+                let hit = mapping.to_surface(&nalgebra::Point2::new(x, 0.1));
+                let hit = hit.unwrap_or_else(|| panic!("{}, {}: nothing at {x}", scene.canvas.name, mapping.kind()));
+                let (s, distance) = wall.profile.nearest(&hit.position.xy());
+                assert!(distance < 1e-4, "{} {x}: {distance}", scene.canvas.name);
+                assert!(hit.normal.xy().dot(&wall.profile.normal(s)) > 0.99, "{} {x}", scene.canvas.name);
+                let step = last.map_or(0.0, |l| s - l);
+                assert!((0.0..0.05).contains(&step), "{} {x}: {step} m along the wall", scene.canvas.name);
+                last = Some(s);
             }
         }
+    }
+
+    #[test]
+    fn a_wall_is_refused_with_the_line_of_its_profile() {
+        let wall = |profile: &str| {
+            parse(&format!(
+                "name = 'w'\n[canvas]\nshape = 'extrusion'\nheight_mm = 1000\ntriangle_mm = 50\nprofile = {profile}\n\
+                 [sheet]\nxyz_mm = [0, 0, 500]\nnormal = [-1, 0, 0]\nup = [0, 0, 1]\n"
+            ))
+            .map(|s| s.wall.unwrap().profile.length())
+            .map_err(|e| e.to_string())
+        };
+        assert!((wall("{ points_mm = [[1000, 1000], [1000, -1000]] }").unwrap() - 2.0).abs() < 1e-9);
+        let crossed = wall("{ points_mm = [[1000, 1000], [1000, -1000], [1500, -1000], [500, 500]] }").unwrap_err();
+        assert!(crossed.starts_with("s.toml:6: the profile crosses itself at (1000.0, -250.0) mm"), "{crossed}");
+        assert!(wall("{ fillet_mm = 3 }").unwrap_err().starts_with("s.toml:6: a profile is one of"));
+        assert!(wall("{ file = 'nowhere.txt' }").unwrap_err().starts_with("s.toml:6: nowhere.txt: "));
+        assert!(wall("{ points = [[1, 2]] }").unwrap_err().starts_with("s.toml:6: unknown key `points`"));
+        let door = "{ points_mm = [[1000, 1000], [1000, -1000]] }\nopenings = [{ left_mm = 3000, right_mm = 4000, top_mm = 900 }]";
+        assert!(wall(door).unwrap_err().starts_with("s.toml:7: the opening from 3000 to 4000 mm isn't in the wall"));
     }
 
     proptest! {

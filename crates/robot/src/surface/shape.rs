@@ -5,6 +5,7 @@ use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use super::scene::SceneError;
+use super::wall::{OpeningFile, ProfileFile, Wall, wall};
 use crate::diagnostic::{self, ConfigError};
 use crate::math::{Pose, Rgb};
 use crate::mesh::shapes::{self, Bumps};
@@ -25,6 +26,7 @@ enum ShapeKind {
     Bucket,
     Box,
     Cylinder,
+    Extrusion,
     Mesh,
 }
 
@@ -38,6 +40,7 @@ impl ShapeKind {
             Self::Bucket => "bucket",
             Self::Box => "box",
             Self::Cylinder => "cylinder",
+            Self::Extrusion => "extrusion",
             Self::Mesh => "mesh",
         }
     }
@@ -62,6 +65,11 @@ pub(super) struct ShapeFile {
     mesh: Option<PathBuf>,
     /// Metres per unit of the mesh file.
     scale: Option<f64>,
+    /// Of an extrusion: the curve that is pulled upwards.
+    profile: Option<ProfileFile>,
+    bottom_mm: Option<f64>,
+    #[serde(default)]
+    openings: Vec<OpeningFile>,
     triangle_mm: Option<f64>,
     #[serde(default)]
     pose: PoseFile,
@@ -118,7 +126,27 @@ impl ShapeError {
 impl ShapeFile {
     /// The mesh, m, at its pose. `scene` gives the folder of mesh files; `triangle_mm` is the usual triangle size.
     pub fn mesh(&self, scene: &Path, triangle_mm: f64) -> Result<TriMesh, ShapeError> {
+        Ok(self.made(scene, triangle_mm)?.0)
+    }
+
+    /// The same with the wall that it is, of an extrusion.
+    pub fn made(&self, scene: &Path, triangle_mm: f64) -> Result<(TriMesh, Option<Wall>), ShapeError> {
         self.refuse_foreign_keys()?;
+        let wrong_pose = || ShapeError::Key { key: "pose", message: "a pose must be finite and within 1 km".into() };
+        let pose = self.pose.pose().filter(|p| p.translation.vector.amax() < 1e3).ok_or_else(wrong_pose)?;
+        if self.shape == ShapeKind::Extrusion {
+            let size = self.positive("triangle_mm", Some(self.triangle_mm.unwrap_or(triangle_mm)))? / 1000.0;
+            let profile = self.profile.as_ref().ok_or_else(|| self.missing("profile"))?;
+            let heights =
+                (self.bottom_mm.unwrap_or(0.0) / 1000.0, self.positive("height_mm", self.height_mm)? / 1000.0);
+            let (wall, mesh) = wall(scene, (profile, &self.openings), heights, size, &pose)?;
+            return Ok((mesh, Some(wall)));
+        }
+        Ok((self.solid(scene, triangle_mm)?.transformed(&pose), None))
+    }
+
+    /// The mesh of any other shape, m, in its own frame.
+    fn solid(&self, scene: &Path, triangle_mm: f64) -> Result<TriMesh, ShapeError> {
         let metres = |key, value: Option<f64>| self.positive(key, value).map(|v| v / 1000.0);
         let size = metres("triangle_mm", Some(self.triangle_mm.unwrap_or(triangle_mm)))?;
         let mesh = match self.shape {
@@ -163,16 +191,14 @@ impl ShapeFile {
                 let edge = |v| metres("size_mm", Some(v));
                 shapes::cuboid(&Vector3::new(edge(x)?, edge(y)?, edge(z)?), size)?
             }
-            ShapeKind::Mesh => {
+            ShapeKind::Extrusion | ShapeKind::Mesh => {
                 let file = self.mesh.as_ref().ok_or_else(|| self.missing("mesh"))?;
                 let file = scene.parent().unwrap_or(Path::new("")).join(file);
                 let scale = self.positive("scale", Some(self.scale.unwrap_or(1.0)))?;
                 mesh::read(&file, scale).map_err(ShapeError::MeshFile)?
             }
         };
-        let wrong_pose = || ShapeError::Key { key: "pose", message: "a pose must be finite and within 1 km".into() };
-        let pose = self.pose.pose().filter(|p| p.translation.vector.amax() < 1e3).ok_or_else(wrong_pose)?;
-        Ok(mesh.transformed(&pose))
+        Ok(mesh)
     }
 
     fn positive(&self, key: &'static str, value: Option<f64>) -> Result<f64, ShapeError> {
@@ -184,15 +210,20 @@ impl ShapeFile {
         }
     }
 
+    fn noun(&self) -> String {
+        let article = if self.shape == ShapeKind::Extrusion { "an" } else { "a" };
+        format!("{article} {}", self.shape.name())
+    }
+
     fn missing(&self, key: &str) -> ShapeError {
-        ShapeError::Key { key: "", message: format!("a {} needs {key}", self.shape.name()) }
+        ShapeError::Key { key: "", message: format!("{} needs {key}", self.noun()) }
     }
 
     fn refuse_foreign_keys(&self) -> Result<(), ShapeError> {
-        use ShapeKind::{Box, Bucket, Column, Cone, Cylinder, Dome, Mesh, Plane};
-        let keys: [(&'static str, bool, &[ShapeKind]); 12] = [
+        use ShapeKind::{Box, Bucket, Column, Cone, Cylinder, Dome, Extrusion, Mesh, Plane};
+        let keys: [(&'static str, bool, &[ShapeKind]); 15] = [
             ("width_mm", self.width_mm.is_some(), &[Plane]),
-            ("height_mm", self.height_mm.is_some(), &[Plane, Column, Cone, Bucket, Cylinder]),
+            ("height_mm", self.height_mm.is_some(), &[Plane, Column, Cone, Bucket, Cylinder, Extrusion]),
             ("thickness_mm", self.thickness_mm.is_some(), &[Plane]),
             ("radius_mm", self.radius_mm.is_some(), &[Dome, Column, Cylinder]),
             ("bottom_radius_mm", self.bottom_radius_mm.is_some(), &[Cone, Bucket]),
@@ -201,11 +232,14 @@ impl ShapeFile {
             ("bump_amplitude_mm", self.bump_amplitude_mm.is_some(), &[Column]),
             ("bump_wavelength_mm", self.bump_wavelength_mm.is_some(), &[Column]),
             ("size_mm", self.size_mm.is_some(), &[Box]),
+            ("profile", self.profile.is_some(), &[Extrusion]),
+            ("bottom_mm", self.bottom_mm.is_some(), &[Extrusion]),
+            ("openings", !self.openings.is_empty(), &[Extrusion]),
             ("mesh", self.mesh.is_some(), &[Mesh]),
             ("scale", self.scale.is_some(), &[Mesh]),
         ];
         match keys.iter().find(|(_, given, shapes)| *given && !shapes.contains(&self.shape)) {
-            Some(&(key, ..)) => Err(ShapeError::Key { key, message: format!("a {} has no {key}", self.shape.name()) }),
+            Some(&(key, ..)) => Err(ShapeError::Key { key, message: format!("{} has no {key}", self.noun()) }),
             None => Ok(()),
         }
     }

@@ -1,0 +1,140 @@
+//! `[coverage]`: where a mobile base stands.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::plan::cover::{BasePose, CoverMethod, CoverOptions};
+
+use super::check::Check;
+use super::resolve::ScenarioError;
+
+/// How places to stand are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CoverKind {
+    /// Over the arm's reach in space, and exactly.
+    #[default]
+    Map,
+    /// Circles chosen greedily, as the dissertation does: to compare. A patent, US 12,569,997 B2, claims this way.
+    Circles,
+}
+
+/// `[coverage.circles]`: sizes of `method = "circles"`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CircleSettings {
+    /// Radius of the circle that the arm is taken to cover, mm.
+    pub radius_mm: f64,
+    /// Distance of its centre from the base's, mm.
+    pub offset_mm: f64,
+    /// Radius of the circle round the base that must be free of wall, mm.
+    pub base_mm: f64,
+}
+
+impl Default for CircleSettings {
+    fn default() -> Self {
+        Self { radius_mm: 400.0, offset_mm: 600.0, base_mm: 600.0 }
+    }
+}
+
+/// `[coverage]`: where a mobile base stands so that its arm draws all of a wall.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CoverageSettings {
+    /// How places are found.
+    pub method: CoverKind,
+    /// Places by hand in place of that, in the order of drawing: x and y of the base's centre, mm, and where its front points, degrees
+    /// from the world's x axis.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub poses: Vec<[f64; 3]>,
+    /// Straight seams at these lengths along the wall from its left end, mm, in place of free ones: one fewer than places.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub borders_mm: Vec<f64>,
+    /// How far the base may be from where it should stand and still reach everything and be clear, mm.
+    pub margin_mm: f64,
+    /// Length and width of the base, mm.
+    pub footprint_mm: [f64; 2],
+    /// Where the arm's base frame stands on it: forward and to the left of its centre, and over the floor, mm.
+    pub mount_mm: [f64; 3],
+    /// Distance between the points of the map of reach, mm.
+    pub map_spacing_mm: f64,
+    /// Distance between places that are tried, mm.
+    pub candidate_spacing_mm: f64,
+    /// Plan the strokes of each place before it is taken.
+    pub verify: bool,
+    /// Sizes of `method = "circles"`.
+    pub circles: CircleSettings,
+}
+
+impl Default for CoverageSettings {
+    fn default() -> Self {
+        Self {
+            method: CoverKind::Map,
+            poses: Vec::new(),
+            borders_mm: Vec::new(),
+            margin_mm: 20.0,
+            footprint_mm: [960.0, 793.0],
+            mount_mm: [120.0, 0.0, 731.0],
+            map_spacing_mm: 25.0,
+            candidate_spacing_mm: 25.0,
+            verify: true,
+            circles: CircleSettings::default(),
+        }
+    }
+}
+
+impl CoverageSettings {
+    /// The same in m and rad.
+    pub fn options(&self) -> CoverOptions {
+        let m = |mm: f64| mm * 1e-3;
+        let pose = |p: &[f64; 3]| BasePose { x: m(p[0]), y: m(p[1]), heading: p[2].to_radians() };
+        let method = match self.method {
+            _ if !self.poses.is_empty() => CoverMethod::Poses(self.poses.iter().map(pose).collect()),
+            CoverKind::Map => CoverMethod::Map,
+            CoverKind::Circles => CoverMethod::Circles {
+                radius: m(self.circles.radius_mm),
+                offset: m(self.circles.offset_mm),
+                base: m(self.circles.base_mm),
+            },
+        };
+        CoverOptions {
+            method,
+            borders: self.borders_mm.iter().copied().map(m).collect(),
+            footprint: self.footprint_mm.map(m),
+            mount: self.mount_mm.map(m),
+            margin: m(self.margin_mm),
+            map_spacing: m(self.map_spacing_mm),
+            candidate_spacing: m(self.candidate_spacing_mm),
+            verify: self.verify,
+        }
+    }
+}
+
+/// Every number in its range.
+pub(super) fn check_coverage(c: &CoverageSettings, check: &Check) -> Result<(), ScenarioError> {
+    for p in &c.poses {
+        check.within("coverage.poses", p[0], -1e6, 1e6)?;
+        check.within("coverage.poses", p[1], -1e6, 1e6)?;
+        check.within("coverage.poses", p[2], -360.0, 360.0)?;
+    }
+    if !c.poses.is_empty() && c.method == CoverKind::Circles {
+        return Err(check.sentence("coverage.poses", "`poses` are places by hand: leave `method = \"circles\"` out"));
+    }
+    if c.method == CoverKind::Circles && !c.borders_mm.is_empty() {
+        return Err(check.sentence("coverage.borders_mm", "circles make their own borders: leave `borders_mm` out"));
+    }
+    for b in &c.borders_mm {
+        check.within("coverage.borders_mm", *b, 0.0, 1e6)?;
+    }
+    check.within("coverage.margin_mm", c.margin_mm, 0.0, 300.0)?;
+    for side in c.footprint_mm {
+        check.within("coverage.footprint_mm", side, 50.0, 5000.0)?;
+    }
+    check.within("coverage.mount_mm", c.mount_mm[0], -2000.0, 2000.0)?;
+    check.within("coverage.mount_mm", c.mount_mm[1], -2000.0, 2000.0)?;
+    check.within("coverage.mount_mm", c.mount_mm[2], 0.0, 3000.0)?;
+    check.within("coverage.map_spacing_mm", c.map_spacing_mm, 10.0, 100.0)?;
+    check.within("coverage.candidate_spacing_mm", c.candidate_spacing_mm, 5.0, 200.0)?;
+    check.above_zero("coverage.circles.radius_mm", c.circles.radius_mm, 5000.0)?;
+    check.above_zero("coverage.circles.offset_mm", c.circles.offset_mm, 5000.0)?;
+    check.above_zero("coverage.circles.base_mm", c.circles.base_mm, 5000.0)
+}
