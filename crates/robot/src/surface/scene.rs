@@ -177,7 +177,7 @@ impl SheetFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{FlattenOptions, Mapping as _, MappingKind, mapping_of};
+    use crate::surface::{FlattenOptions, MappingKind, mapping_of};
     use proptest::prelude::*;
 
     const DOME: &str = "name = 'd'\n[canvas]\nshape = 'dome'\nradius_mm = 150\ntriangle_mm = 20\npose = { xyz_mm = [520, 0, 300] }\n\
