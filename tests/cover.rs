@@ -2,13 +2,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use calamus::artwork;
 use calamus::cover::cover;
 use calamus::plan::{PlanJob, PlanOptions, plan};
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
 use calamus::robot::Cell;
-use calamus::scenario::{Override, Scenario, Sketch};
+use calamus::scenario::{Override, Scenario};
 use calamus::surface::{BelievedCanvas, Scene, map_drawing, mapping_of};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -48,9 +47,9 @@ fn a_frieze_takes_two_places_and_circles_take_more_and_cut() {
 fn a_skyline_takes_two_places_and_each_part_is_planned_whole() {
     let scenario = scenario("wall_skyline", &[]);
     let dir = tempfile::tempdir().unwrap();
-    let covered = cover(&scenario, &OutputDir::check(dir.path()).unwrap(), &Silent).unwrap().coverage;
+    let done = cover(&scenario, &OutputDir::check(dir.path()).unwrap(), &Silent).unwrap();
+    let (drawing, covered) = (done.drawing, done.coverage);
     assert!(covered.places.len() == 2 && covered.strokes_cut() <= 1);
-    let drawing = artwork::make(&Sketch::from(&scenario), &Silent).unwrap().drawing;
     let canvas = Scene::read(&scenario.canvas.scene).unwrap().canvas;
     let sheet = [drawing.width, drawing.height];
     let (mapping, _) = mapping_of(&canvas, scenario.canvas.mapping, sheet, &scenario.canvas.conformal).unwrap();

@@ -28,6 +28,9 @@ pub struct Made {
 }
 
 /// Reads, or makes, a drawing and puts its strokes in order.
+///
+/// # Errors
+/// A file that can't be read, a picture that makes no strokes, or settings that can't be met.
 pub fn make(sketch: &Sketch, progress: &dyn Progress) -> Result<Made, ArtworkError> {
     let spec = &sketch.drawing;
     let mut made = match &spec.artwork {

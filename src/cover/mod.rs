@@ -6,6 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::artwork::{self, ArtworkError};
+use crate::drawing::Drawing;
 use crate::measure::{CoverageMetrics, DrawingMetrics, Metrics};
 use crate::plan::cover::{self, CoverError, CoverJob, CoverMethod, CoverOptions, Coverage};
 use crate::progress::Progress;
@@ -54,6 +55,8 @@ pub enum CoverageError {
 pub struct Covered {
     /// In a few lines.
     pub summary: String,
+    /// What is drawn: the strokes that pieces are of.
+    pub drawing: Drawing,
     /// Where to stand and what to draw from where.
     pub coverage: Coverage,
     /// Figures.
@@ -81,15 +84,15 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     let started = Instant::now();
     let options = scenario.coverage.clone().unwrap_or_default().options();
     let made = artwork::make(&Sketch::from(scenario), progress)?;
-    let drawing = made.drawing;
-    let pens = artwork::pens(&drawing, &scenario.pen)?;
+    let drawing = &made.drawing;
+    let pens = artwork::pens(drawing, &scenario.pen)?;
     let cell = Cell::load(&scenario.robot)?;
     let arm = &cell.arms[cell.arm_index(scenario.arm.as_deref())?];
     let scene = run::scene_of(scenario)?;
     let Some(wall) = scene.wall else {
         return Err(CoverageError::NoWall { scene: scenario.canvas.scene.display().to_string() });
     };
-    let (mapping, _) = run::mapping_onto(scenario, &drawing, &scene.canvas)?;
+    let (mapping, _) = run::mapping_onto(scenario, drawing, &scene.canvas)?;
     let canvas = BelievedCanvas(scene.canvas);
     let obstacles: Vec<_> = scene.furniture.iter().map(|f| f.mesh.clone()).collect();
     let plan = options::plan_options(scenario, &pens);
@@ -99,7 +102,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
         wall: &wall,
         canvas: &canvas,
         obstacles: &obstacles,
-        drawing: &drawing,
+        drawing,
         mapping: mapping.as_ref(),
         plan: &plan,
         cover: &options,
@@ -113,7 +116,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     };
     let coverage = cover::cover(&job, &mut map, &mut |stage| progress.stage(stage, None))?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
-    metrics.drawing = Some(DrawingMetrics::of(&drawing, started.elapsed().as_secs_f64()));
+    metrics.drawing = Some(DrawingMetrics::of(drawing, started.elapsed().as_secs_f64()));
     metrics.coverage = Some(CoverageMetrics::of(&coverage));
 
     let mut files = Vec::new();
@@ -134,7 +137,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     files.push(out.write("coverage.png", &svg_png(&svg)?)?);
     files.push(out.write("metrics.json", metrics_json(&metrics)?.as_bytes())?);
     let seconds = started.elapsed().as_secs_f64();
-    Ok(Covered { summary: summary(&coverage, seconds, out), coverage, metrics, files })
+    Ok(Covered { summary: summary(&coverage, seconds, out), drawing: made.drawing, coverage, metrics, files })
 }
 
 fn sketch<'a>(

@@ -111,7 +111,8 @@ fn search(floor: &Floor, a: &BasePose, b: &BasePose) -> Option<Vec<BasePose>> {
             }
             let length = f64::from(di * di + dj * dj).sqrt() * CELL;
             let total = cost + length + if dh == 0 { 0.0 } else { TURN_COST };
-            if known.get(&to).is_none_or(|k| total < k.0 - 1e-12) {
+            let better = known.get(&to).is_none_or(|k| total < k.0 - 1e-12);
+            if better && is_straight_clear(floor, &pose(node), &pose(to)) {
                 known.insert(to, (total, Some(node)));
                 open.push(Reverse((order(total + ahead(to)), to)));
             }

@@ -15,6 +15,7 @@ mod pen_reach;
 mod place;
 mod solve;
 mod sweep;
+mod union;
 mod verify;
 
 pub use error::CoverError;

@@ -13,6 +13,7 @@ use super::options::{BasePose, CoverMethod, CoverOptions};
 use super::pen_reach::PenReach;
 use super::place::{Coverage, Piece, Place};
 use super::sweep::sweep;
+use super::union::{Fewest, fewest};
 use super::verify::verify;
 use crate::drawing::Drawing;
 use crate::mesh::TriMesh;
@@ -189,10 +190,21 @@ fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&st
             let hulls: Vec<Stretch> = stretches.iter().filter_map(hull).collect();
             bound = sweep(asked.ink, &hulls).map_or(0, |s| s.stretches.len());
         }
-        let places: Vec<(BasePose, [f64; 2])> = swept.stretches.iter().map(|s| (all[s.place].pose, span(s))).collect();
-        let chosen = Chosen { optimal: places.len() == bound, places, bound };
-        let mut coverage = told(job, asked.ink, "map", chosen, &job.cover.borders)?;
-        let used = shortest(asked.ink, &mut coverage, &all, &flat);
+        // where places reach several stretches, one may do for two of them
+        let whole = swept.stretches.len() == bound || !job.cover.borders.is_empty();
+        let union = if whole { None } else { fewest(asked.ink, &stretches) };
+        bound = union.as_ref().map_or(bound, |u| bound.max(if round == 1 { u.bound } else { 0 }));
+        let (mut coverage, used) = match union {
+            Some(u) if u.places.len() < swept.stretches.len() => joined(job, asked.ink, &all, &stretches, u)?,
+            _ => {
+                let places: Vec<(BasePose, [f64; 2])> =
+                    swept.stretches.iter().map(|s| (all[s.place].pose, span(s))).collect();
+                let chosen = Chosen { optimal: places.len() == bound, places, bound };
+                let mut coverage = told(job, asked.ink, "map", chosen, &job.cover.borders)?;
+                let used = shortest(asked.ink, &mut coverage, &all, &flat);
+                (coverage, used)
+            }
+        };
         solver_s += started.elapsed().as_secs_f64();
         (coverage.rounds, coverage.solver_s) = (round, solver_s);
         if !job.cover.verify {
@@ -218,6 +230,39 @@ fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&st
         }
     }
     Err(CoverError::NoInk)
+}
+
+/// A cover by places that hold several stretches each, in the order of where they begin along the wall; and their candidates.
+fn joined(
+    job: &CoverJob,
+    ink: &Ink,
+    all: &[Candidate],
+    stretches: &[Vec<Stretch>],
+    union: Fewest,
+) -> Result<(Coverage, Vec<usize>), CoverError> {
+    let mut used = union.places;
+    used.sort_by_key(|k| (stretches[*k].first().map(|s| s.first), *k));
+    let owners: Vec<(usize, Stretch)> =
+        used.iter().enumerate().flat_map(|(i, k)| stretches[*k].iter().map(move |s| (i, *s))).collect();
+    let places = owners.iter().map(|(_, s)| (all[s.place].pose, span(s))).collect();
+    let chosen = Chosen { optimal: used.len() == union.bound, places, bound: union.bound };
+    let mut coverage = told(job, ink, "map", chosen, &[])?;
+    let mut merged: Vec<Option<Place>> = vec![None; used.len()];
+    for (place, (owner, _)) in std::mem::take(&mut coverage.places).into_iter().zip(&owners) {
+        match &mut merged[*owner] {
+            Some(known) => {
+                known.stretch[1] = place.stretch[1];
+                known.pieces.extend(place.pieces);
+                known.pieces.sort_by_key(|p| (p.layer, p.stroke));
+            }
+            empty => *empty = Some(place),
+        }
+    }
+    coverage.places = merged.into_iter().flatten().collect();
+    for cut in &mut coverage.cuts {
+        cut.places = cut.places.map(|p| owners[p].0);
+    }
+    Ok((coverage, used))
 }
 
 /// Takes for each place the candidate among those that reach all its pieces by which the way through all is shortest. Returns their
