@@ -1,6 +1,5 @@
 //! The physics that every picture rests on: forces, contact, impedance, and rapier against the robot's own model.
-mod support;
-
+use crate::support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, run_by, smooth};
 use calamus::control::{
     ImpedanceController, ImpedanceOptions, LawOptions, PositionOptions, Press, Reference, design_damping,
 };
@@ -10,7 +9,6 @@ use calamus::plan::SegmentKind;
 use calamus::robot::{ArmModel, JointVector};
 use calamus::twin::{ArticulatedPlant, EventKind, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions};
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3, Vector6};
-use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, run_by, smooth};
 
 /// Surface height of the test plane, m.
 const TABLE: f64 = 0.45;

@@ -1,6 +1,5 @@
 //! A simulation that goes on from plan to plan, and what an arm feels in it.
-mod support;
-
+use crate::support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, scene, setup, smooth};
 use calamus::control::{ImpedanceOptions, LawOptions};
 use calamus::ink::TraceInk;
 use calamus::math::Rgb;
@@ -10,7 +9,6 @@ use calamus::plan::{Segment, SegmentKind, Trajectory};
 use calamus::skill::Move;
 use calamus::twin::{ArmLog, ArmStory, Ended, Feeling, PlantKind, Record, Simulation, TwinOptions, simulate};
 use nalgebra::{Point3, Vector3};
-use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, scene, setup, smooth};
 
 /// Surface height of the test plane, m.
 const TABLE: f64 = 0.45;

@@ -2,7 +2,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::{Duration, SystemTime};
 
 use calamus::measure::Metrics;
 use calamus::progress::Silent;
@@ -55,29 +55,35 @@ fn products(folder: &Path) -> (BTreeMap<String, Vec<u8>>, serde_json::Value) {
     (files.collect(), timeless(&metrics))
 }
 
-/// Kills a run again and again, each time after a while longer, and lets it go on until it ends.
-fn killed(name: &str, out: &Path, sets: &[&str], first: Duration) -> usize {
-    let (mut kills, mut patience) = (0, first);
-    loop {
-        let resume = out.join("journal").exists();
-        let more: Vec<&str> = sets.iter().copied().chain(resume.then_some("--resume")).collect();
+/// When the states that a run keeps were last written.
+fn kept(out: &Path) -> Vec<SystemTime> {
+    let states = ["arm0.state", "arm1.state"].map(|f| out.join("journal").join(f));
+    states.iter().filter_map(|f| f.metadata().and_then(|m| m.modified()).ok()).collect()
+}
+
+/// Kills a run as soon as it has begun, then twice a while after it has kept a state, and lets it go on until it ends. Tells how
+/// often it went on from a state.
+fn killed(name: &str, out: &Path, sets: &[&str]) -> usize {
+    let journal = out.join("journal");
+    let mut gone_on = 0;
+    for kill in 0..4 {
+        let before = kept(out);
+        gone_on += usize::from(!before.is_empty());
+        let more: Vec<&str> = sets.iter().copied().chain(journal.exists().then_some("--resume")).collect();
         let mut child = start(name, out, &more);
-        let began = Instant::now();
-        loop {
+        let due = || if kill == 0 { journal.exists() } else { kept(out) != before };
+        while kill == 3 || !due() {
             if let Some(status) = child.try_wait().unwrap() {
-                assert!(status.success(), "{name} after {kills} kills: {status}");
-                return kills;
+                assert!(status.success(), "{name} after {kill} kills: {status}");
+                return gone_on;
             }
-            if began.elapsed() > patience {
-                child.kill().unwrap();
-                child.wait().unwrap();
-                kills += 1;
-                patience += Duration::from_millis(700);
-                break;
-            }
-            std::thread::sleep(Duration::from_millis(20));
+            std::thread::sleep(Duration::from_millis(10));
         }
+        std::thread::sleep(Duration::from_millis(130 * kill));
+        child.kill().unwrap();
+        child.wait().unwrap();
     }
+    unreachable!("the last time it isn't killed")
 }
 
 #[test]
@@ -93,8 +99,9 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
         let folder = tempfile::tempdir().unwrap();
         let (whole, cut) = (folder.path().join("whole"), folder.path().join("cut"));
         assert!(start(name, &whole, &sets).wait().unwrap().success());
-        let kills = killed(name, &cut, &sets, Duration::from_millis(600));
-        assert_eq!(products(&cut), products(&whole), "{name} after {kills} kills");
+        let gone_on = killed(name, &cut, &sets);
+        assert!(gone_on > 0, "{name} was over before it kept a state");
+        assert_eq!(products(&cut), products(&whole), "{name}, gone on with {gone_on} times");
         assert!(!cut.join("journal").exists(), "{name}: the journal of a finished run is gone");
     }
 }
