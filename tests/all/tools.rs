@@ -1,19 +1,14 @@
 //! Arms that fetch their pens: what they draw, what they refuse, and how they stop.
 use std::path::Path;
 
+use crate::scenarios::{self, scenario, settings};
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
 use calamus::run::{Cache, Outcome, Until, evaluate, run};
-use calamus::scenario::{Override, Scenario};
 use tempfile::TempDir;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn scenario(name: &str, sets: &[&str]) -> Scenario {
-    let sets: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
-    Scenario::read(&root().join(format!("scenarios/{name}.toml")), &sets).unwrap()
 }
 
 /// Points of a drawing in an SVG, mm.
@@ -42,8 +37,8 @@ fn distance(p: &[f64; 2], line: &[[f64; 2]]) -> f64 {
     line.windows(2).map(|w| to(&w[0], &w[1])).fold(f64::INFINITY, f64::min)
 }
 
-const QUICK: [&str; 4] =
-    ["drawing.width_mm=40", "render.views=[]", "render.tool_stages=false", "render.drawing_px=200"];
+const QUICK: [&str; 5] =
+    ["drawing.width_mm=40", "render.views=[]", "render.camera=[]", "render.tool_stages=false", "render.drawing_px=200"];
 
 fn drawn(sets: &[&str]) -> (Outcome, TempDir) {
     let all = [&QUICK, sets].concat();
@@ -54,15 +49,14 @@ fn drawn(sets: &[&str]) -> (Outcome, TempDir) {
 
 #[test]
 fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
-    let (rigid, a) = drawn(&[]);
-    let (physics, b) = drawn(&["tools.hold=physics"]);
-    for outcome in [&rigid, &physics] {
-        let tool = outcome.metrics.tool.as_ref().unwrap();
-        assert_eq!((tool.changes, tool.failed), (2, 0));
-        assert_eq!(tool.held_by_friction, u64::from(std::ptr::eq(outcome, &physics)));
-        assert!(outcome.metrics.line.as_ref().unwrap().coverage > Some(0.99), "{:?}", outcome.metrics.line);
+    let rigid = scenarios::drawn("tool_change");
+    let physics = scenarios::draw("tool_change", &[&settings("tool_change")[..], &["tools.hold=physics"]].concat());
+    for (m, by_friction) in [(&rigid.metrics, 0), (&physics.metrics, 1)] {
+        let tool = m.tool.as_ref().unwrap();
+        assert_eq!((tool.changes, tool.failed, tool.held_by_friction), (2, 0, by_friction));
+        assert!(m.line.as_ref().unwrap().coverage > Some(0.99), "{:?}", m.line);
     }
-    let (a, b) = (ink(a.path()), ink(b.path()));
+    let (a, b) = (ink(rigid.folder.path()), ink(physics.folder.path()));
     let mut apart: Vec<f64> = a.iter().map(|p| distance(p, &b)).chain(b.iter().map(|p| distance(p, &a))).collect();
     apart.sort_by(f64::total_cmp);
     // the ends of lines, where the pen lands, are blots
@@ -73,7 +67,7 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
 #[test]
 fn a_pen_that_loads_its_grip_too_much_is_held_by_friction_whatever_was_wanted() {
     // fingers that hardly rub hold little: what is one body with the hand under a usual press isn't so under a hard one
-    let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12", "sim.plant=articulated"];
+    let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12"];
     let weak = ["tools.finger_friction=0.05"];
     let scenario = |sets: &[&str]| scenario("tool_change", &[&QUICK[1..], &hard, sets].concat());
     let held = |sets: &[&str]| {

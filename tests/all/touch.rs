@@ -49,7 +49,7 @@ fn execute(plans: &[Vec<Segment>], guard: Option<f64>) -> (Vec<Ended>, Record) {
     let (arm, _) = iiwa();
     let scene = scene(&canvas(table()));
     let start = plans[0][0].trajectory.knots()[0].q;
-    let options = TwinOptions { plant: PlantKind::Articulated, ..Default::default() };
+    let options = TwinOptions::default();
     let law = LawOptions::Impedance(ImpedanceOptions::default());
     let mut simulation = Simulation::new(setup([&arm, &arm], start), scene.clone(), law.clone(), &options).unwrap();
     simulation.feel(Feeling { force_noise: 0.01, contact_force: 0.1, stride: 10 }, 0);
