@@ -40,6 +40,9 @@ pub(super) enum Command {
         /// Go on where this run was killed or interrupted.
         #[arg(long)]
         resume: bool,
+        /// Least time between two states that are kept, ms; for tests.
+        #[arg(long, hide = true, value_name = "MS")]
+        keep_every_ms: Option<u64>,
     },
     /// Read a scenario's drawing, or a drawing file, and write the lines that the pen will be asked for.
     Draw(Job),

@@ -2,6 +2,7 @@
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::Deserialize;
 
@@ -56,10 +57,11 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
         pool.build_global().map_err(|source| CommandError::Threads { count, source })?;
     }
     match &args.command {
-        Command::Run { job, partial, only, resume } => {
+        Command::Run { job, partial, only, resume, keep_every_ms } => {
             let stop: &'static StopFlag = Box::leak(Box::default());
             ctrlc::set_handler(move || interrupted(stop))?;
-            let manner = Manner { only: only.clone(), resume: *resume, stop: Some(stop) };
+            let keep_every = keep_every_ms.map(Duration::from_millis);
+            let manner = Manner { only: only.clone(), resume: *resume, keep_every, stop: Some(stop) };
             stages(args, job, *partial, Until::End, &manner)
         }
         Command::Plan { job, partial } => stages(args, job, *partial, Until::Plan, &Manner::default()),

@@ -56,6 +56,7 @@ pub enum JournalError {
 #[derive(Clone, Debug)]
 pub struct Journal {
     folder: PathBuf,
+    period: Duration,
 }
 
 impl Journal {
@@ -64,7 +65,7 @@ impl Journal {
     /// # Errors
     /// The folder can't be made.
     pub fn begin(folder: &Path, key: &str) -> Result<Self, JournalError> {
-        let journal = Self { folder: folder.to_path_buf() };
+        let journal = Self { folder: folder.to_path_buf(), period: PERIOD };
         journal.remove()?;
         fs::create_dir_all(folder).map_err(|source| JournalError::File { file: folder.to_path_buf(), source })?;
         journal.replace("run.key", key.as_bytes())?;
@@ -76,7 +77,7 @@ impl Journal {
     /// # Errors
     /// There is none, or it is another run's.
     pub fn resume(folder: &Path, key: &str) -> Result<Self, JournalError> {
-        let journal = Self { folder: folder.to_path_buf() };
+        let journal = Self { folder: folder.to_path_buf(), period: PERIOD };
         match fs::read(folder.join("run.key")) {
             Ok(was) if was == key.as_bytes() => Ok(journal),
             Ok(was) => {
@@ -90,6 +91,12 @@ impl Journal {
             }
             Err(_) => Err(JournalError::Nothing { folder: folder.to_path_buf() }),
         }
+    }
+
+    /// The same with another time between two states that are kept.
+    #[must_use]
+    pub fn keeping_every(self, period: Duration) -> Self {
+        Self { period, ..self }
     }
 
     /// Removes all of it: the run is over.
@@ -156,7 +163,7 @@ pub struct ArmJournal<'a> {
 impl ArmJournal<'_> {
     /// Whether it is time to keep a state again.
     pub fn is_due(&self) -> bool {
-        self.last.elapsed() >= PERIOD
+        self.last.elapsed() >= self.journal.period
     }
 
     /// The state that was kept last, and all that was written with it and before: each piece and the length of the log after it, in bytes.

@@ -16,7 +16,7 @@ mod team;
 mod tool_figures;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::artwork::{self, Part};
 use crate::exec::{Journal, StopFlag};
@@ -60,6 +60,8 @@ pub struct Manner<'a> {
     pub only: Option<Part>,
     /// Go on where a run with the same files was interrupted.
     pub resume: bool,
+    /// Least time between two states that are kept to go on from; a few seconds if not said.
+    pub keep_every: Option<Duration>,
     /// Stops the run at the next safe point once it is raised.
     pub stop: Option<&'a StopFlag>,
 }
@@ -133,7 +135,11 @@ fn journal(scenario: &Scenario, manner: &Manner, toml: &str, out: &OutputDir) ->
         key += &format!("{}: {of_file}\n", file.display());
     }
     let folder: PathBuf = out.path().join(JOURNAL);
-    Ok(if manner.resume { Journal::resume(&folder, &key)? } else { Journal::begin(&folder, &key)? })
+    let journal = if manner.resume { Journal::resume(&folder, &key)? } else { Journal::begin(&folder, &key)? };
+    Ok(match manner.keep_every {
+        Some(period) => journal.keeping_every(period),
+        None => journal,
+    })
 }
 
 /// Reads, or makes, a drawing, and writes the desired lines, a preview of them and the figures.

@@ -269,11 +269,11 @@ mod tests {
             let tree = tree(places.iter().map(|p| (p.0, p.1, plane(*p))));
             let spread = places.iter().any(|p| {
                 let q = places[0];
-                places.iter().any(|r| ((p.0 - q.0) * (r.1 - q.1) - (p.1 - q.1) * (r.0 - q.0)).abs() > 2e-3)
+                places.iter().any(|r| ((p.0 - q.0) * (r.1 - q.1) - (p.1 - q.1) * (r.0 - q.0)).abs() > 5e-3)
             });
             prop_assume!(spread);
             let error = tree.surface().height(&Point2::new(at.0, at.1)) - plane(at);
-            // three places in a thin triangle tell a plane far from them by some hundred times what they were smoothed by
+            // three places in a triangle not too thin tell a plane far from them by some hundred times what they were smoothed by
             prop_assert!(error.abs() < 5e-5, "{error}");
         }
 

@@ -146,10 +146,7 @@ mod tests {
             let p = Point2::new(0.07 * (0.07 * f64::from(k)).sin(), 0.11 * (0.031 * f64::from(k)).cos());
             canvas.learn(&(pose * Point3::new(p.x, p.y, wall(&p))));
         }
-        let started = std::time::Instant::now();
         let believed = canvas.believed(0.0).unwrap();
-        let took = started.elapsed().as_secs_f64();
-        assert!(took < 0.5, "{took} s for {} touches", canvas.touches());
         let outward = pose.rotation * Vector3::z();
         for k in 0..200 {
             let p = Point2::new(0.06 * (0.7 * f64::from(k)).sin(), 0.1 * (0.31 * f64::from(k)).cos());

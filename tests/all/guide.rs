@@ -32,8 +32,7 @@ fn every_key(schema: &serde_json::Value) {
 #[test]
 fn every_figure_is_in_the_guide_in_the_same_words() {
     let guide = guide();
-    for m in MetricPath::all() {
-        let row = format!("| `{}` | {} | {} |", m.path, m.unit, m.meaning);
-        assert!(guide.contains(&row), "GUIDE.md should have the row: {row}");
-    }
+    let rows = MetricPath::all().iter().map(|m| format!("| `{}` | {} | {} |", m.path, m.unit, m.meaning));
+    let missing: Vec<String> = rows.filter(|row| !guide.contains(row.as_str())).collect();
+    assert!(missing.is_empty(), "GUIDE.md should have the rows:\n{}", missing.join("\n"));
 }

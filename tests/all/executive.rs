@@ -2,21 +2,16 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::{Duration, SystemTime};
 
+use crate::scenarios::{drawn, scenario, settings};
 use calamus::measure::Metrics;
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
 use calamus::run::{Cache, Manner, Until, evaluate, run};
-use calamus::scenario::{Override, Scenario};
 
 fn asset(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
-}
-
-fn scenario(name: &str, sets: &[&str]) -> Scenario {
-    let sets: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
-    Scenario::read(&asset(&format!("scenarios/{name}.toml")), &sets).unwrap()
 }
 
 fn start(name: &str, out: &Path, more: &[&str]) -> Child {
@@ -55,48 +50,51 @@ fn products(folder: &Path) -> (BTreeMap<String, Vec<u8>>, serde_json::Value) {
     (files.collect(), timeless(&metrics))
 }
 
-/// Kills a run again and again, each time after a while longer, and lets it go on until it ends.
-fn killed(name: &str, out: &Path, sets: &[&str], first: Duration) -> usize {
-    let (mut kills, mut patience) = (0, first);
-    loop {
-        let resume = out.join("journal").exists();
-        let more: Vec<&str> = sets.iter().copied().chain(resume.then_some("--resume")).collect();
+/// When the states that a run keeps were last written.
+fn kept(out: &Path) -> Vec<SystemTime> {
+    let states = ["arm0.state", "arm1.state"].map(|f| out.join("journal").join(f));
+    states.iter().filter_map(|f| f.metadata().and_then(|m| m.modified()).ok()).collect()
+}
+
+/// Kills a run as soon as it has begun, then twice a while after it has kept a state, and lets it go on until it ends. Tells how
+/// often it went on from a state.
+fn killed(name: &str, out: &Path, sets: &[&str]) -> usize {
+    let key = out.join("journal/run.key");
+    let mut gone_on = 0;
+    for kill in 0..4 {
+        let before = kept(out);
+        gone_on += usize::from(!before.is_empty());
+        let often = ["--keep-every-ms", "300"];
+        let more: Vec<&str> = sets.iter().copied().chain(often).chain(key.exists().then_some("--resume")).collect();
         let mut child = start(name, out, &more);
-        let began = Instant::now();
-        loop {
+        let due = || if kill == 0 { key.exists() } else { kept(out) != before };
+        while kill == 3 || !due() {
             if let Some(status) = child.try_wait().unwrap() {
-                assert!(status.success(), "{name} after {kills} kills: {status}");
-                return kills;
+                assert!(status.success(), "{name} after {kill} kills: {status}");
+                return gone_on;
             }
-            if began.elapsed() > patience {
-                child.kill().unwrap();
-                child.wait().unwrap();
-                kills += 1;
-                patience += Duration::from_millis(700);
-                break;
-            }
-            std::thread::sleep(Duration::from_millis(20));
+            std::thread::sleep(Duration::from_millis(10));
         }
+        std::thread::sleep(Duration::from_millis(70 * kill));
+        child.kill().unwrap();
+        child.wait().unwrap();
     }
+    unreachable!("the last time it isn't killed")
 }
 
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
-    let views = ["--set", "render.views=[]", "--set", "render.drawing_px=300", "--set", "render.tool_stages=false"];
-    let small = ["--set", "drawing.width_mm=40"];
-    let jobs: [(&str, Vec<&str>); 3] = [
-        ("grid_plane", [&views[..], &small].concat()),
-        ("touched_cone", [&views[..], &small, &["--set", "touch.probes=2"]].concat()),
-        ("tool_change", [&views[..], &small].concat()),
-    ];
-    for (name, sets) in jobs {
+    let mut gone_on = 0;
+    for name in ["grid_plane", "touched_cone", "tool_change"] {
         let folder = tempfile::tempdir().unwrap();
-        let (whole, cut) = (folder.path().join("whole"), folder.path().join("cut"));
-        assert!(start(name, &whole, &sets).wait().unwrap().success());
-        let kills = killed(name, &cut, &sets, Duration::from_millis(600));
-        assert_eq!(products(&cut), products(&whole), "{name} after {kills} kills");
-        assert!(!cut.join("journal").exists(), "{name}: the journal of a finished run is gone");
+        let sets: Vec<&str> = settings(name).into_iter().flat_map(|s| ["--set", s]).collect();
+        let times = killed(name, folder.path(), &sets);
+        let whole = drawn(name);
+        assert_eq!(products(folder.path()), products(whole.folder.path()), "{name}, gone on with {times} times");
+        assert!(!folder.path().join("journal").exists(), "{name}: the journal of a finished run is gone");
+        gone_on += times;
     }
+    assert!(gone_on > 0, "each run was over before it kept a state");
 }
 
 #[test]
@@ -110,7 +108,7 @@ fn there_is_nothing_to_go_on_from_where_nothing_was_interrupted() {
 fn a_part_is_drawn_alone_and_says_so() {
     let s = scenario(
         "first_light",
-        &["render.views=[]", "render.drawing_px=200", "drawing.width_mm=30", "sim.plant=articulated"],
+        &["render.views=[]", "render.camera=[]", "render.drawing_px=200", "drawing.width_mm=30"],
     );
     let folder = tempfile::tempdir().unwrap();
     let out = OutputDir::check(folder.path()).unwrap();
@@ -123,31 +121,17 @@ fn a_part_is_drawn_alone_and_says_so() {
 
 #[test]
 fn an_experiments_figures_are_a_runs() {
-    let small = ["render.views=[]", "render.drawing_px=200", "render.tool_stages=false", "sim.plant=articulated"];
-    for (name, sets) in [
-        ("grid_plane", vec!["drawing.width_mm=20"]),
-        ("scanned_column", vec!["drawing.width_mm=20", "scan.image_px=[160, 120]"]),
-        ("touched_cone", vec!["drawing.width_mm=20", "touch.probes=2"]),
-        ("tool_change", vec!["drawing.width_mm=20"]),
-    ] {
-        let s = scenario(name, &[&small[..], &sets].concat());
-        let folder = tempfile::tempdir().unwrap();
-        let out = OutputDir::check(folder.path()).unwrap();
-        let whole = run(&s, Until::End, &Manner::default(), &out, &Silent).unwrap().metrics;
-        let alone = evaluate(&s, &Cache::default(), &Silent).unwrap();
-        assert_eq!(timeless(&alone), timeless(&whole), "{name}");
+    for name in ["grid_plane", "scanned_column", "touched_cone", "tool_change"] {
+        let whole = drawn(name);
+        let alone = evaluate(&whole.scenario, &Cache::default(), &Silent).unwrap();
+        assert_eq!(timeless(&alone), timeless(&whole.metrics), "{name}");
     }
 }
 
 #[test]
 fn no_two_fetches_of_a_dock_are_the_same_and_nothing_is_invented_of_them() {
-    let quick = ["render.views=[]", "render.camera=[]", "render.tool_stages=false", "sim.plant=articulated"];
-    let few = ["drawing.painterly.strokes=8", "drawing.height_mm=60"];
-    let s = scenario("four_colours", &[&quick[..], &few].concat());
-    let folder = tempfile::tempdir().unwrap();
-    let out = OutputDir::check(folder.path()).unwrap();
-    let outcome = run(&s, Until::End, &Manner::default(), &out, &Silent).unwrap();
-    let tool = outcome.metrics.tool.unwrap();
+    let drawn = drawn("four_colours");
+    let (tool, folder) = (drawn.metrics.tool.as_ref().unwrap(), &drawn.folder);
     // more than there are pens, each simulated by itself
     assert!(tool.fetches > 4 && tool.fetches_distinct == tool.fetches && tool.failed == 0, "{tool:?}");
     assert!(tool.success_rate == Some(1.0) && tool.success_rate_low.unwrap() < 0.8, "{tool:?}");

@@ -1,5 +1,4 @@
 //! What several tests of the physics need: the robot, exact inverse kinematics, and plans written by hand.
-#![allow(dead_code)]
 use std::sync::Arc;
 
 use calamus::control::{ImpedanceOptions, LawOptions};

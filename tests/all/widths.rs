@@ -13,7 +13,7 @@ use calamus::plan::{self, PlanOptions, PressDepths};
 use calamus::robot::Cell;
 use calamus::surface::{BelievedCanvas, Projection, Scene, SurfaceDrawing, map_drawing};
 use calamus::truth::TrueCanvas;
-use calamus::twin::{ArmSetup, PlantKind, Record, TrueScene, TwinOptions, simulate};
+use calamus::twin::{ArmSetup, Record, TrueScene, TwinOptions, simulate};
 use nalgebra::Point2;
 
 fn asset(name: &str) -> PathBuf {
@@ -62,7 +62,7 @@ fn drawn(scene: &str, widths: Vec<f64>) -> (SurfaceDrawing, Record) {
     let own = Box::new(Projection::new(truth.reveal()));
     let friction = scene.friction;
     let scene = Arc::new(TrueScene { canvas: truth, friction, compliance: 0.0, mapping: own, pens });
-    let options = TwinOptions { plant: PlantKind::Articulated, ..Default::default() };
+    let options = TwinOptions::default();
     let law = LawOptions::Impedance(control);
     let record = simulate(setup, &planned.plan.segments, &scene, law, &options).unwrap();
     (map_drawing(&drawing, &mapping, 2.5e-4).unwrap(), record)

@@ -1,25 +1,14 @@
 //! Arms that fetch their pens: what they draw, what they refuse, and how they stop.
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use crate::scenarios::{self, scenario, settings};
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
 use calamus::run::{Cache, Outcome, Until, evaluate, run};
-use calamus::scenario::{Override, Scenario};
+use tempfile::TempDir;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn scenario(name: &str, sets: &[&str]) -> Scenario {
-    let sets: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
-    Scenario::read(&root().join(format!("scenarios/{name}.toml")), &sets).unwrap()
-}
-
-/// A folder of this test's own.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tools-{name}"));
-    let _ = std::fs::remove_dir_all(&folder);
-    folder
 }
 
 /// Points of a drawing in an SVG, mm.
@@ -48,27 +37,26 @@ fn distance(p: &[f64; 2], line: &[[f64; 2]]) -> f64 {
     line.windows(2).map(|w| to(&w[0], &w[1])).fold(f64::INFINITY, f64::min)
 }
 
-const QUICK: [&str; 4] =
-    ["drawing.width_mm=40", "render.views=[]", "render.tool_stages=false", "render.drawing_px=200"];
+const QUICK: [&str; 5] =
+    ["drawing.width_mm=40", "render.views=[]", "render.camera=[]", "render.tool_stages=false", "render.drawing_px=200"];
 
-fn drawn(name: &str, sets: &[&str]) -> (Outcome, PathBuf) {
+fn drawn(sets: &[&str]) -> (Outcome, TempDir) {
     let all = [&QUICK, sets].concat();
-    let folder = folder(name);
-    let out = OutputDir::check(&folder).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let out = OutputDir::check(folder.path()).unwrap();
     (run(&scenario("tool_change", &all), Until::End, &calamus::run::Manner::default(), &out, &Silent).unwrap(), folder)
 }
 
 #[test]
 fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
-    let (rigid, a) = drawn("rigid", &[]);
-    let (physics, b) = drawn("physics", &["tools.hold=physics"]);
-    for outcome in [&rigid, &physics] {
-        let tool = outcome.metrics.tool.as_ref().unwrap();
-        assert_eq!((tool.changes, tool.failed), (2, 0));
-        assert_eq!(tool.held_by_friction, u64::from(std::ptr::eq(outcome, &physics)));
-        assert!(outcome.metrics.line.as_ref().unwrap().coverage > Some(0.99), "{:?}", outcome.metrics.line);
+    let rigid = scenarios::drawn("tool_change");
+    let physics = scenarios::draw("tool_change", &[&settings("tool_change")[..], &["tools.hold=physics"]].concat());
+    for (m, by_friction) in [(&rigid.metrics, 0), (&physics.metrics, 1)] {
+        let tool = m.tool.as_ref().unwrap();
+        assert_eq!((tool.changes, tool.failed, tool.held_by_friction), (2, 0, by_friction));
+        assert!(m.line.as_ref().unwrap().coverage > Some(0.99), "{:?}", m.line);
     }
-    let (a, b) = (ink(&a), ink(&b));
+    let (a, b) = (ink(rigid.folder.path()), ink(physics.folder.path()));
     let mut apart: Vec<f64> = a.iter().map(|p| distance(p, &b)).chain(b.iter().map(|p| distance(p, &a))).collect();
     apart.sort_by(f64::total_cmp);
     // the ends of lines, where the pen lands, are blots
@@ -79,7 +67,7 @@ fn a_pen_held_as_one_body_and_a_pen_held_by_friction_draw_the_same_line() {
 #[test]
 fn a_pen_that_loads_its_grip_too_much_is_held_by_friction_whatever_was_wanted() {
     // fingers that hardly rub hold little: what is one body with the hand under a usual press isn't so under a hard one
-    let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12", "sim.plant=articulated"];
+    let hard = ["control.stiffness_n_m=[350, 350, 2600]", "drawing.width_mm=12"];
     let weak = ["tools.finger_friction=0.05"];
     let scenario = |sets: &[&str]| scenario("tool_change", &[&QUICK[1..], &hard, sets].concat());
     let held = |sets: &[&str]| {
@@ -92,7 +80,8 @@ fn a_pen_that_loads_its_grip_too_much_is_held_by_friction_whatever_was_wanted() 
 
 #[test]
 fn two_arms_never_meet_and_save_time() {
-    let svg = folder("two").with_extension("svg");
+    let folder = tempfile::tempdir().unwrap();
+    let svg = folder.path().join("two.svg");
     let page = |width: u32, lines: &str| {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"50mm\" viewBox=\"0 0 {width} 50\">{lines}</svg>"
@@ -135,42 +124,44 @@ fn two_arms_never_meet_and_save_time() {
 
 #[test]
 fn a_pen_that_can_t_be_fetched_stops_the_run_safely() {
-    let (outcome, folder) = drawn("slippery", &["tools.finger_friction=0", "tools.plates=false"]);
+    let (outcome, folder) = drawn(&["tools.finger_friction=0", "tools.plates=false"]);
     let why = outcome.stopped.expect("without friction and plates a hand lifts nothing");
     assert!(why.starts_with("left gave up fetching a pen"), "{why}");
     assert_eq!(outcome.metrics.tool.as_ref().unwrap().failed, 1);
-    assert!(folder.join("report.html").exists() && folder.join("tools.csv").exists());
+    assert!(folder.path().join("report.html").exists() && folder.path().join("tools.csv").exists());
 }
 
 #[test]
 fn a_pen_that_falls_stops_the_run_and_what_was_drawn_is_kept() {
-    let (outcome, folder) = drawn("fallen", &["tools.open_after_s=12", "tools.finger_friction=0.05"]);
+    let (outcome, folder) = drawn(&["tools.open_after_s=12", "tools.finger_friction=0.05"]);
     let why = outcome.stopped.expect("open fingers hold nothing");
     assert_eq!(why, "left lost its pen while it drew with it; the pen has fallen");
     let tool = outcome.metrics.tool.as_ref().unwrap();
     assert_eq!((tool.changes, tool.successes, tool.failed, tool.dropped), (1, 0, 1, 1));
     let coverage = outcome.metrics.line.as_ref().unwrap().coverage.unwrap();
     assert!((0.02..0.9).contains(&coverage), "{coverage}");
-    assert!(!ink(&folder).is_empty() && folder.join("report.html").exists());
-    let table = std::fs::read_to_string(folder.join("tools.csv")).unwrap();
+    assert!(!ink(folder.path()).is_empty() && folder.path().join("report.html").exists());
+    let table = std::fs::read_to_string(folder.path().join("tools.csv")).unwrap();
     assert!(table.lines().last().unwrap().contains(",lost,"), "{table}");
 }
 
 #[test]
 fn what_can_t_be_is_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    // the robot's files are where they are, whatever folder its own is in
+    let robot = std::fs::read_to_string(root().join("robots/dual_ur5e_hands.toml")).unwrap();
+    let robot = robot.replace("\"../tools", &format!("\"{}", root().join("tools").display()));
+    let robot = robot.replace("\"ur5e.urdf", &format!("\"{}", root().join("robots/ur5e.urdf").display()));
     let say = |edit: &dyn Fn(&str) -> String, sets: &[&str]| {
-        let text = std::fs::read_to_string(root().join("robots/dual_ur5e_hands.toml")).unwrap();
-        let file = root().join("robots").join(format!("test-{}.toml", std::process::id()));
-        let text = edit(&text);
-        std::fs::write(&file, text).unwrap();
+        let file = folder.path().join("robot.toml");
+        std::fs::write(&file, edit(&robot)).unwrap();
         let mut s = scenario("tool_change", &[&QUICK[..], sets].concat());
-        s.robot = file.clone();
-        let error = evaluate(&s, &Cache::default(), &Silent).map(|_| ());
-        std::fs::remove_file(&file).unwrap();
-        error.unwrap_err().to_string()
+        s.robot = file;
+        evaluate(&s, &Cache::default(), &Silent).map(|_| ()).unwrap_err().to_string()
     };
-    let tool = std::fs::read_to_string(root().join("tools/pen_tool.toml")).unwrap();
-    let wide = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wide_tool.toml");
+    let pen_tool = root().join("tools/pen_tool.toml");
+    let tool = std::fs::read_to_string(&pen_tool).unwrap();
+    let wide = folder.path().join("wide_tool.toml");
     std::fs::write(&wide, tool.replace("width_mm = 75.2", "width_mm = 139")).unwrap();
     let far = say(&|t| t.replacen("xyz_mm = [680, 580, 432]", "xyz_mm = [1680, 580, 432]", 1), &[]);
     assert!(far.contains("dock 0 of arm left is out of its reach"), "{far}");
@@ -182,12 +173,12 @@ fn what_can_t_be_is_refused_before_anything_moves() {
     assert!(none.contains("stand only 0 pens"), "{none}");
     let missing = say(&|t| t.replace("432]", "432], empty = true"), &[]);
     assert!(missing.contains("stand only 0 pens"), "{missing}");
-    let broad = say(&|t| t.replace("../tools/pen_tool.toml", wide.to_str().unwrap()), &[]);
+    let broad = say(&|t| t.replace(pen_tool.to_str().unwrap(), wide.to_str().unwrap()), &[]);
     assert!(broad.contains("mm wide, more than the open hand's"), "{broad}");
     let off = say(&str::to_string, &["canvas.offset_mm=[1500, 0]"]);
     assert!(off.contains("don't fit on the canvas"), "{off}");
     let scene = std::fs::read_to_string(root().join("scenes/two_arm_table.toml")).unwrap();
-    let away = Path::new(env!("CARGO_TARGET_TMPDIR")).join("two_arm_table_away.toml");
+    let away = folder.path().join("two_arm_table_away.toml");
     std::fs::write(&away, scene.replace("xyz_mm = [0, 0, 3", "xyz_mm = [1600, 0, 3")).unwrap();
     let off = say(&str::to_string, &[&format!("canvas.scene={:?}", away.to_str().unwrap())]);
     assert!(off.contains("100.0 % of the drawing can't be reached"), "{off}");

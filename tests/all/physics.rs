@@ -1,5 +1,6 @@
 //! The physics that every picture rests on: forces, contact, impedance, and rapier against the robot's own model.
-mod support;
+use crate::support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, run_by, smooth};
+use std::sync::LazyLock;
 
 use calamus::control::{
     ImpedanceController, ImpedanceOptions, LawOptions, PositionOptions, Press, Reference, design_damping,
@@ -10,7 +11,6 @@ use calamus::plan::SegmentKind;
 use calamus::robot::{ArmModel, JointVector};
 use calamus::twin::{ArticulatedPlant, EventKind, Plant, PlantKind, RapierPlant, Record, TipForce, TwinOptions};
 use nalgebra::{Matrix6, Point3, SymmetricEigen, Vector3, Vector6};
-use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, posture, run, run_by, smooth};
 
 /// Surface height of the test plane, m.
 const TABLE: f64 = 0.45;
@@ -225,13 +225,13 @@ fn ramp(t: f64) -> f64 {
     }
 }
 
-fn plane_record() -> Record {
+static PLANE: LazyLock<Record> = LazyLock::new(|| {
     let (_, seed) = iiwa();
     press_and_draw(table(), seed, 0.1, |s| (Point3::new(0.6, s - 0.05, TABLE), Vector3::z()))
-}
+});
 
 /// A dome of 150 mm radius and 5 mm triangles, drawn on over its top.
-fn dome_record() -> Record {
+static DOME: LazyLock<Record> = LazyLock::new(|| {
     let (_, seed) = iiwa();
     let dome = shapes::dome(0.15, 0.005).unwrap().transformed(&Pose::translation(0.6, 0.0, TABLE - 0.15));
     press_and_draw(dome, seed, 0.12, |s| {
@@ -239,21 +239,21 @@ fn dome_record() -> Record {
         let n = Vector3::new(0.1, a.sin(), a.cos()).normalize();
         (Point3::new(0.6, 0.0, TABLE - 0.15) + n * 0.15, n)
     })
-}
+});
 
 /// An upright column of 250 mm radius, drawn on across its front.
-fn column_record() -> Record {
+static COLUMN: LazyLock<Record> = LazyLock::new(|| {
     let column = shapes::cylinder(0.25, 0.5, 0.005).unwrap().transformed(&Pose::translation(0.95, 0.0, 0.65));
     press_and_draw(column, posture([0.0, 10.0, 0.0, -100.0, 0.0, -20.0, 0.0]), 0.1, |s| {
         let a = (s - 0.05) / 0.25;
         let n = Vector3::new(-a.cos(), a.sin(), 0.0);
         (Point3::new(0.95, 0.0, 0.9) + n * 0.25, n)
     })
-}
+});
 
 #[test]
 fn pressing_by_delta_gives_k_delta() {
-    for (name, record) in [("plane", plane_record()), ("dome", dome_record()), ("column", column_record())] {
+    for (name, record) in [("plane", &*PLANE), ("dome", &*DOME), ("column", &*COLUMN)] {
         // the last instant of the rest before drawing
         let rest = record.arms[0].samples.iter().rfind(|s| s.segment == SegmentKind::Press).unwrap();
         let desired = 350.0 * 0.003;
@@ -267,9 +267,7 @@ fn pressing_by_delta_gives_k_delta() {
 
 #[test]
 fn force_is_steady_and_never_lost_while_drawing() {
-    for (name, record, bound) in
-        [("plane", plane_record(), 0.05), ("dome", dome_record(), 0.12), ("column", column_record(), 0.12)]
-    {
+    for (name, record, bound) in [("plane", &*PLANE, 0.05), ("dome", &*DOME, 0.12), ("column", &*COLUMN, 0.12)] {
         let stroke = &record.arms[0].strokes[0];
         let spread = stroke.force.sd() / stroke.force.mean;
         assert!(spread < bound, "{name}: spread {spread:.4}");
@@ -281,7 +279,7 @@ fn force_is_steady_and_never_lost_while_drawing() {
 
 #[test]
 fn ink_lies_where_the_pen_pressed() {
-    let record = plane_record();
+    let record = &*PLANE;
     let line = record.ink.strokes.iter().max_by(|a, b| a.length().total_cmp(&b.length())).unwrap();
     assert!((line.length() - 0.1).abs() < 1e-3, "{} m of ink", line.length());
     for p in &line.points {

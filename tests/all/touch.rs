@@ -1,6 +1,5 @@
 //! A simulation that goes on from plan to plan, and what an arm feels in it.
-mod support;
-
+use crate::support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, scene, setup, smooth};
 use calamus::control::{ImpedanceOptions, LawOptions};
 use calamus::ink::TraceInk;
 use calamus::math::Rgb;
@@ -10,7 +9,6 @@ use calamus::plan::{Segment, SegmentKind, Trajectory};
 use calamus::skill::Move;
 use calamus::twin::{ArmLog, ArmStory, Ended, Feeling, PlantKind, Record, Simulation, TwinOptions, simulate};
 use nalgebra::{Point3, Vector3};
-use support::{canvas, follow, iiwa, inverse_kinematics, pen_pose, scene, setup, smooth};
 
 /// Surface height of the test plane, m.
 const TABLE: f64 = 0.45;
@@ -51,7 +49,7 @@ fn execute(plans: &[Vec<Segment>], guard: Option<f64>) -> (Vec<Ended>, Record) {
     let (arm, _) = iiwa();
     let scene = scene(&canvas(table()));
     let start = plans[0][0].trajectory.knots()[0].q;
-    let options = TwinOptions { plant: PlantKind::Articulated, ..Default::default() };
+    let options = TwinOptions::default();
     let law = LawOptions::Impedance(ImpedanceOptions::default());
     let mut simulation = Simulation::new(setup([&arm, &arm], start), scene.clone(), law.clone(), &options).unwrap();
     simulation.feel(Feeling { force_noise: 0.01, contact_force: 0.1, stride: 10 }, 0);

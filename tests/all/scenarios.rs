@@ -1,13 +1,15 @@
 //! Every scenario that comes with the program, drawn from start to end, and what must hold of each.
 //!
-//! They run on the articulated plant, which agrees with rapier's (tests/physics.rs) and is several times faster; one of
-//! them runs on rapier too. Those made from pictures are drawn smaller, so that all of them take minutes.
+//! They run by the default engine; one of them runs on the articulated plant too. Those that take long are drawn smaller. What is drawn
+//! here is drawn once: other tests look at it too ([`drawn`]).
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, LazyLock, Mutex, OnceLock};
 
 use calamus::measure::Metrics;
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
-use calamus::run::{Until, run};
+use calamus::run::{Manner, Part, Until, run};
 use calamus::scenario::{Override, Scenario};
 
 fn scenarios() -> Vec<PathBuf> {
@@ -24,42 +26,70 @@ fn scenarios() -> Vec<PathBuf> {
 fn smaller(name: &str) -> &'static [&'static str] {
     match name {
         "tsp_portrait" => &["drawing.tsp.points=2000", "drawing.height_mm=60"],
-        "painterly" => &["drawing.painterly.strokes=100"],
-        "layered_depth" => &["drawing.layered_depth.strokes=100"],
-        "hatching" => &["drawing.height_mm=45"],
+        "painterly" => &["drawing.painterly.strokes=25"],
+        "layered_depth" => &["drawing.layered_depth.strokes=20"],
+        "hatching" => &["drawing.height_mm=30"],
         "patterns_column_arrowhead" => &["drawing.pattern.order=4", "drawing.width_mm=100"],
         "patterns_column_snowflake" => &["drawing.pattern.order=2", "drawing.width_mm=100"],
-        // one of the three is drawn as it is
-        "touched_cone" | "touched_tank" => &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=70"],
-        "scanned_column" => &["drawing.height_mm=80"],
+        // one of the touched ones is drawn as it is, and the drawing of the scanned one is the column figure's
+        "touched_cone" | "touched_tank" | "scanned_column" => {
+            &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=70"]
+        }
         "tool_change" => &["render.tool_stages=false"],
-        "four_colours" => &["drawing.painterly.strokes=6", "drawing.height_mm=60"],
+        "four_colours" => &["drawing.painterly.strokes=8", "drawing.height_mm=60"],
         "three_arms" => &["drawing.height_mm=120"],
         "cmyk_tsp" => &["drawing.tsp.points=400", "drawing.height_mm=40"],
         _ => &[],
     }
 }
 
-/// Draws a scenario without views and gives its figures and the folder that it wrote.
-fn drawn(file: &Path, plant: &str) -> (Scenario, Metrics, tempfile::TempDir) {
-    let plant = format!("sim.plant=\"{plant}\"");
-    let set = [plant.as_str(), "render.views=[]", "render.camera=[]", "render.drawing_px=800"];
-    let smaller = smaller(file.file_stem().unwrap().to_str().unwrap());
-    let overrides: Vec<Override> = set.iter().chain(smaller).map(|s| s.parse().unwrap()).collect();
-    let scenario = Scenario::read(file, &overrides).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let out = OutputDir::check(folder.path()).unwrap();
-    let outcome = run(&scenario, Until::End, &calamus::run::Manner::default(), &out, &Silent).unwrap();
-    (scenario, outcome.metrics, folder)
+/// A scenario that was drawn: its figures, and the folder that was written.
+pub struct Drawn {
+    pub scenario: Scenario,
+    pub metrics: Metrics,
+    pub folder: tempfile::TempDir,
 }
 
-fn check(file: &Path, plant: &str) {
-    let name = file.file_stem().unwrap().to_string_lossy().into_owned();
-    let (scenario, m, folder) = drawn(file, plant);
+/// What a scenario is set to in these tests: no views, and smaller where it would take too long.
+pub fn settings(name: &str) -> Vec<&'static str> {
+    [&["render.views=[]", "render.camera=[]", "render.drawing_px=800"], smaller(name)].concat()
+}
+
+/// A scenario that comes with the program, with these settings.
+pub fn scenario(name: &str, sets: &[&str]) -> Scenario {
+    let overrides: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenarios/{name}.toml"));
+    Scenario::read(&file, &overrides).unwrap()
+}
+
+/// The part of a scenario that is drawn, where all of it is much of the same.
+fn part(name: &str) -> Option<Part> {
+    (name == "column_figure").then(|| "strokes=1-150".parse().unwrap())
+}
+
+/// Draws a scenario with these settings, into a folder that is gone when it is dropped.
+pub fn draw(name: &str, sets: &[&str]) -> Drawn {
+    let scenario = scenario(name, sets);
+    let folder = tempfile::tempdir().unwrap();
+    let out = OutputDir::check(folder.path()).unwrap();
+    let manner = Manner { only: part(name), ..Manner::default() };
+    let outcome = run(&scenario, Until::End, &manner, &out, &Silent).unwrap();
+    Drawn { scenario, metrics: outcome.metrics, folder }
+}
+
+/// A scenario as the tests of scenarios draw it ([`settings`]). It is drawn by the test that asks first; the others wait for it.
+pub fn drawn(name: &'static str) -> Arc<Drawn> {
+    type Runs = Mutex<BTreeMap<&'static str, Arc<OnceLock<Arc<Drawn>>>>>;
+    static RUNS: LazyLock<Runs> = LazyLock::new(Runs::default);
+    let run = RUNS.lock().unwrap().entry(name).or_default().clone();
+    run.get_or_init(|| Arc::new(draw(name, &settings(name)))).clone()
+}
+
+fn check(name: &str, Drawn { scenario, metrics: m, folder }: &Drawn) {
     let value = |path: &str| m.value(path).unwrap_or_else(|| panic!("{name}: no {path}"));
 
     if m.truth.is_some() {
-        return check_perturbed(&name, &scenario, &m);
+        return check_perturbed(name, scenario, m);
     }
 
     // the pen leaves no ink while it is up
@@ -94,7 +124,7 @@ fn check(file: &Path, plant: &str) {
         assert!((drawn - preview).abs() <= 1.0, "{name}: {drawn} dB, preview {preview} dB");
     }
 
-    assert!(scenario.unmet(&m).is_empty(), "{name}: {:?}", scenario.unmet(&m));
+    assert!(scenario.unmet(m).is_empty(), "{name}: {:?}", scenario.unmet(m));
     for file in
         ["scenario.toml", "drawing.png", "drawing.svg", "plan.json", "plan-arm0.npy", "record.mcap", "metrics.json"]
     {
@@ -117,8 +147,8 @@ macro_rules! each {
     ($($name:ident),*) => {
         $(#[test]
         fn $name() {
-            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(concat!("scenarios/", stringify!($name), ".toml"));
-            check(&file, "articulated");
+            let name = stringify!($name);
+            check(name, &drawn(name));
         })*
 
         #[test]
@@ -163,22 +193,15 @@ each!(
 );
 
 #[test]
-fn a_scenario_holds_on_rapier_too() {
-    check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/grid_plane.toml"), "rapier");
+fn a_scenario_holds_on_the_articulated_plant_too() {
+    let sets = [&settings("grid_plane")[..], &["sim.plant=articulated"]].concat();
+    check("grid_plane", &draw("grid_plane", &sets));
 }
 
 #[test]
 fn position_control_loses_an_uneven_half_sphere_or_presses_it_hard() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/hemisphere_grid.toml");
-    let set = [
-        "control.law=\"position\"",
-        "pen.press_depth_mm=0.06",
-        "drawing.pattern.n=1",
-        "drawing.width_mm=100",
-        "sim.plant=\"articulated\"",
-    ];
-    let overrides: Vec<Override> = set.iter().map(|s| s.parse().unwrap()).collect();
-    let scenario = Scenario::read(&file, &overrides).unwrap();
+    let set = ["control.law=position", "pen.press_depth_mm=0.06", "drawing.pattern.n=1", "drawing.width_mm=100"];
+    let scenario = scenario("hemisphere_grid", &set);
     let m = calamus::run::evaluate(&scenario, &calamus::run::Cache::default(), &Silent).unwrap();
     let (contact, force) = (m.value("contact.contact_fraction").unwrap(), m.value("contact.force_max_n").unwrap());
     assert!(contact < 0.9 || force > 30.0, "contact {contact}, at most {force} N");
