@@ -1,6 +1,7 @@
 //! All that needs the whole program, as one binary: it is linked once, and its tests share what they simulate.
 mod architecture;
 mod cli;
+mod cover;
 mod determinism;
 mod executive;
 mod experiments;

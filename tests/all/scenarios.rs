@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
 
+use calamus::artwork::Part;
 use calamus::measure::Metrics;
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
-use calamus::run::{Manner, Part, Until, run};
+use calamus::run::{Manner, Until, run};
 use calamus::scenario::{Override, Scenario};
 
 fn scenarios() -> Vec<PathBuf> {
