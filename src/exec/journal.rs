@@ -57,6 +57,8 @@ pub enum JournalError {
 pub struct Journal {
     folder: PathBuf,
     period: Duration,
+    /// Whether the folder that it lies in was made for it.
+    made_parent: bool,
 }
 
 impl Journal {
@@ -65,7 +67,8 @@ impl Journal {
     /// # Errors
     /// The folder can't be made.
     pub fn begin(folder: &Path, key: &str) -> Result<Self, JournalError> {
-        let journal = Self { folder: folder.to_path_buf(), period: PERIOD };
+        let made_parent = folder.parent().is_some_and(|p| !p.exists());
+        let journal = Self { folder: folder.to_path_buf(), period: PERIOD, made_parent };
         journal.remove()?;
         fs::create_dir_all(folder).map_err(|source| JournalError::File { file: folder.to_path_buf(), source })?;
         journal.replace("run.key", key.as_bytes())?;
@@ -77,7 +80,7 @@ impl Journal {
     /// # Errors
     /// There is none, or it is another run's.
     pub fn resume(folder: &Path, key: &str) -> Result<Self, JournalError> {
-        let journal = Self { folder: folder.to_path_buf(), period: PERIOD };
+        let journal = Self { folder: folder.to_path_buf(), period: PERIOD, made_parent: false };
         match fs::read(folder.join("run.key")) {
             Ok(was) if was == key.as_bytes() => Ok(journal),
             Ok(was) => {
@@ -97,6 +100,19 @@ impl Journal {
     #[must_use]
     pub fn keeping_every(self, period: Duration) -> Self {
         Self { period, ..self }
+    }
+
+    /// Removes all of it and the folder that was made for it: nothing was done that is worth to be kept.
+    ///
+    /// # Errors
+    /// It can't be removed.
+    pub fn abandon(&self) -> Result<(), JournalError> {
+        self.remove()?;
+        if let Some(parent) = self.folder.parent().filter(|_| self.made_parent) {
+            // what others have put there meanwhile stays
+            let _ = fs::remove_dir(parent);
+        }
+        Ok(())
     }
 
     /// Removes all of it: the run is over.

@@ -109,7 +109,7 @@ pub fn run(
     let journal = journal(scenario, manner, &toml, out)?;
     let believed = believe(scenario, prepared, &setup, until, Some(&journal), progress).or_else(|error| {
         // nothing moved: there is nothing to go on from
-        journal.remove()?;
+        journal.abandon()?;
         Err(error)
     })?;
     let silent = StopFlag::default();
