@@ -277,7 +277,7 @@ fn tree(page: &mut Page, (x, y): P, scale: f64) {
             let a = TAU * (f64::from(k) + 0.5 * (ring % 2) as f64) / f64::from(*count);
             let (r, turn) = (radius * scale * (0.96 + 0.08 * page.random()), a + 0.5 * (page.random() - 0.5));
             let root = (crown.0 + r * a.cos(), crown.1 + 0.92 * r * a.sin());
-            leaf(page, root, turn, 15.0 * scale, if (ring + k as usize) % 5 == 0 { RED } else { BLUE });
+            leaf(page, root, turn, 15.0 * scale, if (ring + k as usize).is_multiple_of(5) { RED } else { BLUE });
         }
     }
     for k in 0..7 {

@@ -57,8 +57,8 @@ pub enum JournalError {
 pub struct Journal {
     folder: PathBuf,
     period: Duration,
-    /// Whether the folder that it lies in was made for it.
-    made_parent: bool,
+    /// The folders around it that were made for it, the innermost first.
+    made: Vec<PathBuf>,
 }
 
 impl Journal {
@@ -67,8 +67,9 @@ impl Journal {
     /// # Errors
     /// The folder can't be made.
     pub fn begin(folder: &Path, key: &str) -> Result<Self, JournalError> {
-        let made_parent = folder.parent().is_some_and(|p| !p.exists());
-        let journal = Self { folder: folder.to_path_buf(), period: PERIOD, made_parent };
+        let around = folder.ancestors().skip(1).filter(|f| !f.as_os_str().is_empty());
+        let made = around.take_while(|f| !f.exists()).map(Path::to_path_buf).collect();
+        let journal = Self { folder: folder.to_path_buf(), period: PERIOD, made };
         journal.remove()?;
         fs::create_dir_all(folder).map_err(|source| JournalError::File { file: folder.to_path_buf(), source })?;
         journal.replace("run.key", key.as_bytes())?;
@@ -80,7 +81,7 @@ impl Journal {
     /// # Errors
     /// There is none, or it is another run's.
     pub fn resume(folder: &Path, key: &str) -> Result<Self, JournalError> {
-        let journal = Self { folder: folder.to_path_buf(), period: PERIOD, made_parent: false };
+        let journal = Self { folder: folder.to_path_buf(), period: PERIOD, made: Vec::new() };
         match fs::read(folder.join("run.key")) {
             Ok(was) if was == key.as_bytes() => Ok(journal),
             Ok(was) => {
@@ -102,15 +103,15 @@ impl Journal {
         Self { period, ..self }
     }
 
-    /// Removes all of it and the folder that was made for it: nothing was done that is worth to be kept.
+    /// Removes all of it and the folders that were made for it: nothing was done that is worth to be kept.
     ///
     /// # Errors
     /// It can't be removed.
     pub fn abandon(&self) -> Result<(), JournalError> {
         self.remove()?;
-        if let Some(parent) = self.folder.parent().filter(|_| self.made_parent) {
+        for folder in &self.made {
             // what others have put there meanwhile stays
-            let _ = fs::remove_dir(parent);
+            let _ = fs::remove_dir(folder);
         }
         Ok(())
     }
@@ -176,6 +177,9 @@ pub struct ArmJournal<'a> {
     last: Instant,
 }
 
+/// A state, and each piece that was logged until then with the length of the log after it, bytes.
+pub type Kept<S, L> = (S, Vec<(L, u64)>);
+
 impl ArmJournal<'_> {
     /// Whether it is time to keep a state again.
     pub fn is_due(&self) -> bool {
@@ -187,9 +191,7 @@ impl ArmJournal<'_> {
     ///
     /// # Errors
     /// The files are something else.
-    pub fn read<S: DeserializeOwned, L: DeserializeOwned>(
-        &mut self,
-    ) -> Result<Option<(S, Vec<(L, u64)>)>, JournalError> {
+    pub fn read<S: DeserializeOwned, L: DeserializeOwned>(&mut self) -> Result<Option<Kept<S, L>>, JournalError> {
         let Some((length, state)) = self.journal.kept::<(u64, S)>(&self.name("state"))? else { return Ok(None) };
         let file = self.journal.folder.join(self.name("log"));
         let bytes = fs::read(&file).map_err(|source| JournalError::File { file: file.clone(), source })?;

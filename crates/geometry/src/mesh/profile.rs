@@ -120,7 +120,11 @@ impl ProfileCurve {
             ProfileShape::Arc { center, radius, from, to } => {
                 positive("a radius", *radius)?;
                 check(&[*center, center + Vector2::new(*radius, 0.0)])?;
-                if !(from.is_finite() && to.is_finite() && (to - from).abs() > 1e-6 && (to - from).abs() < 6.28) {
+                if !(from.is_finite()
+                    && to.is_finite()
+                    && (to - from).abs() > 1e-6
+                    && (to - from).abs() < std::f64::consts::TAU - 1e-3)
+                {
                     return Err(ProfileError::BadSize { name: "a turn", value: (to - from) * radius });
                 }
                 let n = ((to - from).abs() / TURN.min(step / radius)).ceil().clamp(1.0, MOST_POINTS as f64) as usize;

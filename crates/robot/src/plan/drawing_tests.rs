@@ -108,19 +108,10 @@ fn planned(
     o: &PlanOptions,
 ) -> Planned {
     let mut heard = Vec::new();
-    let result = plan(
-        &PlanJob {
-            arm_index: 0,
-            arm: arm,
-            home: home,
-            service: home,
-            drawing: drawing,
-            canvas: canvas,
-            obstacles: &[],
-        },
-        o,
-        &mut |p| heard.push(p),
-    );
+    let result =
+        plan(&PlanJob { arm_index: 0, arm, home, service: home, drawing, canvas, obstacles: &[] }, o, &mut |p| {
+            heard.push(p)
+        });
     assert!(heard.windows(2).all(|w| w[1] >= w[0]) && heard.last().is_none_or(|p| *p <= 1.0));
     result.unwrap_or_else(|e| panic!("{e}"))
 }
@@ -336,7 +327,7 @@ fn poses_and_options_that_make_no_sense_are_refused_with_numbers() {
             &PlanJob {
                 arm_index: 0,
                 arm: &arm,
-                home: home,
+                home,
                 service: home,
                 drawing: &drawing,
                 canvas: &canvas,
