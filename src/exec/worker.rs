@@ -309,13 +309,7 @@ impl<P: Policy> Worker<P> {
             if let Some(ended) = self.simulation.execute(movement, task.guard(), SLICE, adjust)? {
                 break ended;
             }
-            hear(&News::Passes(task), &self.simulation);
-            if pages.as_ref().is_some_and(ArmJournal::is_due) {
-                self.simulation.drain();
-                let log = self.simulation.take_log();
-                self.book(Chunk { start: self.state.began, log, ..Chunk::default() });
-                self.keep(pages)?;
-            }
+            self.pass(task, hear, pages)?;
         };
         if ended.overloaded
             && let Some(fetched) = self.state.fetched.take()
@@ -335,6 +329,23 @@ impl<P: Policy> Worker<P> {
         Ok(Some(self.outcome(felt, failure)))
     }
 
+    /// Between two slices of a task: others are heard, and what is done so far is kept when it is time.
+    fn pass(
+        &mut self,
+        task: &Task,
+        hear: &dyn Fn(&News, &Simulation),
+        pages: &mut Option<ArmJournal>,
+    ) -> Result<(), ExecError> {
+        hear(&News::Passes(task), &self.simulation);
+        if pages.as_ref().is_some_and(ArmJournal::is_due) {
+            self.simulation.drain();
+            let log = self.simulation.take_log();
+            self.book(Chunk { start: self.state.began, log, ..Chunk::default() });
+            self.keep(pages)?;
+        }
+        Ok(())
+    }
+
     /// Drives the base, in slices between which others are heard.
     fn drive(
         &mut self,
@@ -347,13 +358,7 @@ impl<P: Policy> Worker<P> {
             if let Some(driven) = self.simulation.drive(path, SLICE)? {
                 break driven;
             }
-            hear(&News::Passes(task), &self.simulation);
-            if pages.as_ref().is_some_and(ArmJournal::is_due) {
-                self.simulation.drain();
-                let log = self.simulation.take_log();
-                self.book(Chunk { start: self.state.began, log, ..Chunk::default() });
-                self.keep(pages)?;
-            }
+            self.pass(task, hear, pages)?;
         };
         let failure = (!driven.arrived).then_some(TaskFailure::NotArrived);
         Ok(Outcome { base: Some(driven.belief), ..self.outcome(Vec::new(), failure) })

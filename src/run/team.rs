@@ -26,13 +26,6 @@ pub(super) struct Team {
     pub places: planning::PenPlaces,
 }
 
-/// Who decides for each arm, and who waits for whom.
-struct Roster {
-    policies: Vec<Box<dyn Drawer>>,
-    order: VisitOrder,
-    places: planning::PenPlaces,
-}
-
 /// Puts the arms of a run together; `mapping` leads from the true canvas to the sheet.
 pub(super) fn team(
     scenario: &Scenario,
@@ -43,11 +36,9 @@ pub(super) fn team(
     let scene = Arc::new(TrueScene::new(&setup.truth, mapping, setup.pens.clone()));
     let plan_options = Arc::new(options::plan_options(scenario, &setup.pens));
     let drawers = drawers(scenario, setup, believed, &plan_options)?;
-    let Roster { policies, order, places } = if setup.fetches() {
-        fetching(scenario, setup, believed, drawers, &plan_options)?
-    } else {
-        Roster { policies: drawers, order: VisitOrder::free(1), places: Vec::new() }
-    };
+    let places = places(scenario, setup, believed)?;
+    let policies = if setup.fetches() { fetching(setup, believed, &places, drawers, &plan_options)? } else { drawers };
+    let order = believed.planning.as_ref().map_or_else(|| VisitOrder::free(policies.len()), |p| p.order.clone());
     let ground = [setup.obstacles()?.as_slice(), std::slice::from_ref(setup.truth.canvas().mesh())].concat();
     let holding = holding(scenario);
     let mut workers = Vec::new();
@@ -146,20 +137,24 @@ fn by_touch(scenario: &Scenario, setup: &Setup, options: &Arc<PlanOptions>) -> R
     Ok(TouchStrokes::new(job)?)
 }
 
+/// Which arm draws with the ink of each layer, and which dock of it the pen stands in: as planned, if it was.
+fn places(scenario: &Scenario, setup: &Setup, believed: &Believed) -> Result<planning::PenPlaces, RunError> {
+    match (&believed.planning, &scenario.tools) {
+        (Some(planning), _) => Ok(planning.places.clone()),
+        (None, Some(tools)) if setup.fetches() => planning::assign(setup, &kits(setup)?, tools),
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// Has the pens fetched for those who draw.
 fn fetching(
-    scenario: &Scenario,
     setup: &Setup,
     believed: &Believed,
+    places: &planning::PenPlaces,
     drawers: Vec<Box<dyn Drawer>>,
     options: &Arc<PlanOptions>,
-) -> Result<Roster, RunError> {
+) -> Result<Vec<Box<dyn Drawer>>, RunError> {
     let kits = kits(setup)?;
-    let places = match (&believed.planning, &scenario.tools) {
-        (Some(planning), _) => planning.places.clone(),
-        (None, Some(tools)) => planning::assign(setup, &kits, tools)?,
-        (None, None) => Vec::new(),
-    };
     let models = planning::holding(setup, &kits)?;
     let obstacles: Vec<Vec<TriMesh>> = planning::obstacles(setup, believed, &kits, &models)?;
     let docks: Vec<usize> = places.iter().map(|p| p.1).collect();
@@ -167,6 +162,5 @@ fn fetching(
     for ((drawer, kit), around) in drawers.into_iter().zip(setup.kits.iter().flatten()).zip(obstacles) {
         policies.push(Box::new(FetchedPens::new(drawer, Arc::clone(kit), docks.clone(), around, Arc::clone(options))?));
     }
-    let order = believed.planning.as_ref().map_or_else(|| VisitOrder::free(policies.len()), |p| p.order.clone());
-    Ok(Roster { policies, order, places })
+    Ok(policies)
 }
