@@ -26,20 +26,23 @@ fn scenarios() -> Vec<PathBuf> {
 /// What makes the drawing of a scenario smaller, where that would take too long.
 fn smaller(name: &str) -> &'static [&'static str] {
     match name {
-        "tsp_portrait" => &["drawing.tsp.points=2000", "drawing.height_mm=60"],
-        "painterly" => &["drawing.painterly.strokes=25"],
-        "layered_depth" => &["drawing.layered_depth.strokes=20"],
-        "hatching" => &["drawing.height_mm=30"],
+        "tsp_portrait" => &["drawing.tsp.points=1000", "drawing.height_mm=40"],
+        "painterly" => &["drawing.painterly.strokes=20", "drawing.height_mm=100"],
+        "layered_depth" => &["drawing.layered_depth.strokes=20", "drawing.width_mm=100"],
+        "hatching" => &["drawing.height_mm=22"],
+        "hilbert_column" => &["drawing.pattern.order=3", "drawing.width_mm=60"],
+        "plank_wall" => &["drawing.pattern.n=2"],
+        "patterns_column_both" => &["drawing.pattern.order=2", "drawing.pattern.n=6"],
         "patterns_column_arrowhead" => &["drawing.pattern.order=4", "drawing.width_mm=100"],
         "patterns_column_snowflake" => &["drawing.pattern.order=2", "drawing.width_mm=100"],
         // one of the touched ones is drawn as it is, and the drawing of the scanned one is the column figure's
         "touched_cone" | "touched_tank" | "scanned_column" => {
-            &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=70"]
+            &["drawing.source=\"art/letter.svg\"", "drawing.width_mm=50"]
         }
         "tool_change" => &["render.tool_stages=false"],
         "four_colours" => &["drawing.painterly.strokes=8", "drawing.height_mm=60"],
-        "three_arms" => &["drawing.height_mm=120"],
-        "cmyk_tsp" => &["drawing.tsp.points=400", "drawing.height_mm=40"],
+        "three_arms" => &["drawing.height_mm=90"],
+        "cmyk_tsp" => &["drawing.tsp.points=250", "drawing.height_mm=30"],
         _ => &[],
     }
 }
@@ -65,7 +68,15 @@ pub fn scenario(name: &str, sets: &[&str]) -> Scenario {
 
 /// The part of a scenario that is drawn, where all of it is much of the same.
 fn part(name: &str) -> Option<Part> {
-    (name == "column_figure").then(|| "strokes=1-150".parse().unwrap())
+    let part = match name {
+        "column_figure" => "strokes=1-80",
+        // the last of its first ink and the first of its second
+        "first_light" => "strokes=260-340",
+        "scanned_tools" => "inks=Green,Red",
+        "touched_bucket" => "strokes=1-40",
+        _ => return None,
+    };
+    Some(part.parse().unwrap())
 }
 
 /// Draws a scenario with these settings, into a folder that is gone when it is dropped.
