@@ -82,7 +82,7 @@ impl Bench {
         .expect("the line can be reached");
         let line = planned.plan.segments.iter().find(|s| s.kind == SegmentKind::Draw).expect("there is a stroke");
         let m = line.trajectory.sample(0.5 * line.trajectory.duration(), &mut 0);
-        let reference = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05) };
+        let reference = Reference { q: m.q, qd: m.qd, qdd: m.qdd, press: Press::steady(1.05), by_joint: 0.0 };
         let kinematics = arm.model.kinematics(&m.q);
         let set_point = Point3::from(kinematics.world_from_tip().translation.vector);
         let foot = truth.mesh().closest_point(&set_point);

@@ -99,8 +99,13 @@ fn both_plants_draw_the_same_motion() {
         for i in 0..1000 {
             let state = *plant.state(0);
             let k = arm.kinematics(&state.q);
-            let mut reference =
-                Reference { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() };
+            let mut reference = Reference {
+                q,
+                qd: JointVector::zeros(),
+                qdd: JointVector::zeros(),
+                press: Press::default(),
+                by_joint: 0.0,
+            };
             reference.q[1] += 0.1 * smooth(f64::from(i) * 1e-3);
             let out = controller.torque(&state, &k, &reference, dt);
             plant.step(&[out.torque], &[TipForce::default()], &[k]).unwrap();
@@ -154,8 +159,13 @@ fn a_step_is_answered_with_the_designed_damping() {
                 );
                 let moved = Vector6::new(p.x, p.y, p.z, w.x, w.y, w.z).dot(&dual) / shape.dot(&dual);
                 overshoot = overshoot.max(moved - 1.0);
-                let reference =
-                    Reference { q: goal, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() };
+                let reference = Reference {
+                    q: goal,
+                    qd: JointVector::zeros(),
+                    qdd: JointVector::zeros(),
+                    press: Press::default(),
+                    by_joint: 0.0,
+                };
                 let out = controller.torque(&state, &now, &reference, dt);
                 plant.step(&[out.torque], &[TipForce::default()], &[now]).unwrap();
             }

@@ -8,6 +8,10 @@ use crate::robot::{ArmModel, JointMatrix, JointVector, Kinematics};
 
 /// Steps between two designs of the damping matrix: it follows the slowly changing inertia of the hand.
 const DAMPING_PERIOD: u64 = 10;
+/// Inverse of the hand's inertia, 1/kg or 1/(kg m2), below which a posture counts as singular: that of 20 kg.
+const SINGULAR: f64 = 0.05;
+/// Natural frequency with which joints follow their reference where the hand can't, rad/s.
+const JOINT_FREQUENCY: f64 = 25.0;
 /// Speed over which the friction feed-forward grows to its full value, m/s.
 const FRICTION_SPEED: f64 = 0.002;
 
@@ -31,12 +35,14 @@ pub struct Reference {
     pub qdd: JointVector,
     /// How the set point is pressed into the canvas.
     pub press: Press,
+    /// Share with which each joint follows its own reference in place of the hand: 1 on the way through a singular posture.
+    pub by_joint: f64,
 }
 
 impl Reference {
     /// Standing at `q`, pen in the air.
     pub fn rest(q: JointVector) -> Self {
-        Self { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default() }
+        Self { q, qd: JointVector::zeros(), qdd: JointVector::zeros(), press: Press::default(), by_joint: 0.0 }
     }
 }
 
@@ -106,6 +112,22 @@ impl ImpedanceController {
         self.set_point
     }
 
+    /// Whether the hand can't be moved every way, or hardly, with the joints at `q` (rad).
+    pub fn is_singular(&self, q: &JointVector) -> bool {
+        let k = self.model.kinematics(q);
+        let (mass, _) = self.model.mass_and_bias(&k, &JointVector::zeros());
+        let solved = Solved::new(&mass, self.model.dof());
+        let jacobian = k.jacobian();
+        let mut x = jacobian.transpose();
+        for mut column in x.column_iter_mut() {
+            solved.solve(column.as_mut_slice());
+        }
+        (jacobian * x).cholesky().is_none_or(|c| {
+            let l = c.l_dirty();
+            (0..6).any(|i| l[(i, i)] * l[(i, i)] < SINGULAR)
+        })
+    }
+
     /// Joint torques for this step (`dt` s long):
     ///
     /// `tau = J^T (K e + D edot + Lambda (a_d - Jdot qd) + f_mu) + N (M qdd_d + k_n (q_d - q) + D_n (qd_d - qd)) + C qd + g`
@@ -114,6 +136,8 @@ impl ImpedanceController {
     /// `Lambda = (J M^-1 J^T)^-1`, `N = 1 - J^T Lambda J M^-1` and `f_mu` the friction that the moving pen will feel.
     /// A press depth that changes is no motion of the tip: what it adds to the set point's speed and acceleration is taken
     /// out again, so that the force is `K` times the depth (equation 6.1) also while it changes.
+    /// On the way through a singular posture, as the reference says, each joint follows its own in place of that:
+    /// `M (qdd_d + w^2 (q_d - q) + 2 z w (qd_d - qd)) + C qd + g`. The hand alone would leave it to chance on which side the arm comes out.
     /// So the hand answers an outer force `F` as `Lambda edd + D edot + K e = -F` (dissertation section VI.C; Ott 2008,
     /// doi:10.1007/978-3-540-69255-3). Torques are then held within effort and rate limits.
     pub fn torque(
@@ -148,7 +172,7 @@ impl ImpedanceController {
             solved.solve(column.as_mut_slice());
         }
         let mut lambda_inverse = jacobian * x;
-        // keeps Lambda finite where the arm is singular (the planner keeps clear of such poses)
+        // keeps Lambda finite where the arm is singular: no line is drawn there, and a travel through it goes joint by joint
         for i in 0..6 {
             lambda_inverse[(i, i)] += 1e-9;
         }
@@ -194,7 +218,12 @@ impl ImpedanceController {
                 o.nullspace_stiffness * (reference.q[i] - measured.q[i]) + damping * (reference.qd[i] - measured.qd[i]);
         }
         let leak = factor.solve(&(x.transpose() * posture));
-        let tau = jacobian.transpose() * (wrench - leak) + posture + bias;
+        let mut tau = jacobian.transpose() * (wrench - leak) + posture + bias;
+        if reference.by_joint > 0.0 {
+            let (w, zeta) = (JOINT_FREQUENCY, o.nullspace_damping_ratio);
+            let pull = (reference.q - measured.q) * (w * w) + (reference.qd - measured.qd) * (2.0 * zeta * w);
+            tau += (mass * (reference.qdd + pull) + bias - tau) * reference.by_joint;
+        }
         self.limits.hold(&self.model, tau, o.torque_rate, dt)
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use crate::control::{
     ImpedanceController, ImpedanceOptions, MeasuredState, PositionController, PositionOptions, Reference, TorqueCommand,
 };
-use crate::robot::{ArmModel, Kinematics};
+use crate::robot::{ArmModel, JointVector, Kinematics};
 
 /// Which law moves the arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -39,6 +39,14 @@ impl Controller {
         match self {
             Self::Impedance(c) => c.torque(measured, k, reference, dt),
             Self::Position(c) => c.torque(measured, k, reference, dt),
+        }
+    }
+
+    /// Whether the law can't move the hand every way with the joints at `q` (rad); one that moves joints always can.
+    pub fn is_singular(&self, q: &JointVector) -> bool {
+        match self {
+            Self::Impedance(c) => c.is_singular(q),
+            Self::Position(_) => false,
         }
     }
 

@@ -11,7 +11,7 @@ use crate::ink::{InkRecorder, InkStroke, NibContact};
 use crate::math::standard_normal;
 use crate::math::stats::Running;
 use crate::pen::LayerPen;
-use crate::plan::{Segment, SegmentKind};
+use crate::plan::{Segment, SegmentKind, Trajectory};
 use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::skill::Felt;
 use crate::twin::contact::{Contact, Nib, Touching};
@@ -19,6 +19,11 @@ use crate::twin::log::{ArmEnding, ArmLog, Totals};
 use crate::twin::scene::TrueScene;
 use crate::twin::sense::TipSensor;
 use crate::twin::{ArmSample, Event, EventKind, StrokeRecord, TipForce, TipState};
+
+/// Time between two looks at whether a motion leads through a singular posture, s.
+const SINGULAR_LOOK: f64 = 0.1;
+/// Time in which the law goes over from the hand to the joints, s.
+const GOING_OVER: f64 = 0.1;
 
 /// An arm as the twin is given it.
 #[derive(Clone, Debug)]
@@ -47,6 +52,8 @@ pub(crate) struct ArmState {
     sensor: Option<TipSensor>,
     /// Whether the present task's segment has begun.
     entered: bool,
+    /// Whether that segment leads through a posture in which the law can't move the hand every way.
+    singular: bool,
     cursor: usize,
     depth_cursor: usize,
     nib: Nib,
@@ -114,6 +121,7 @@ impl ArmState {
             correction: None,
             sensor: None,
             entered: false,
+            singular: false,
             cursor: 0,
             depth_cursor: 0,
             nib: Nib::default(),
@@ -178,6 +186,7 @@ impl ArmState {
         }
         (self.cursor, self.depth_cursor) = (0, 0);
         self.correction = None;
+        self.singular = segment.kind == SegmentKind::Travel && self.passes_singular(&segment.trajectory);
         let stroke = stroke_id(segment);
         let (arm, events) = (self.index, &mut log.events);
         let mut event = |kind| events.push(Event { time, arm, stroke, kind });
@@ -201,6 +210,16 @@ impl ArmState {
                 lateral_error: Running::default(),
             });
         }
+    }
+
+    /// Whether a motion leads through a posture in which the law can't move the hand every way, as far as the robot knows.
+    fn passes_singular(&self, trajectory: &Trajectory) -> bool {
+        let looks = (trajectory.duration() / SINGULAR_LOOK).ceil().max(1.0) as usize;
+        let mut cursor = 0;
+        (0..=looks).any(|i| {
+            let time = trajectory.duration() * i as f64 / looks as f64;
+            self.controller.is_singular(&trajectory.sample(time, &mut cursor).q)
+        })
     }
 
     /// Ends the segment under way: what was felt in it.
@@ -269,7 +288,9 @@ impl ArmState {
         let m = segment.trajectory.sample(t, &mut self.cursor);
         let nib = scene.spring(self.layer).stiffness;
         let press = self.press(segment, t, nib);
-        let desired = Reference { q: self.correction.map_or(m.q, |c| m.q + c), qd: m.qd, qdd: m.qdd, press };
+        let by_joint = if self.singular { within(t, segment.trajectory.duration()) } else { 0.0 };
+        let q = self.correction.map_or(m.q, |c| m.q + c);
+        let desired = Reference { q, qd: m.qd, qdd: m.qdd, press, by_joint };
         self.desired = desired;
 
         let contact = self.touch(now);
@@ -405,8 +426,15 @@ impl ArmState {
             totals: self.totals,
             ink,
             stroke: self.stroke.clone(),
+            base: None,
         }
     }
+}
+
+/// How far within a motion of this duration a time is: 0 at its ends, 1 from [`GOING_OVER`] away from them.
+fn within(time: f64, duration: f64) -> f64 {
+    let u = (time.min(duration - time) / GOING_OVER).clamp(0.0, 1.0);
+    u * u * (3.0 - 2.0 * u)
 }
 
 /// Whether two models are the same chain of joints with the same tip.
