@@ -14,6 +14,7 @@ pub use calamus_robot::{control, pen, plan, reconstruct, robot, skill, surface, 
 pub use calamus_twin::{camera, ink, truth, twin};
 
 pub mod artwork;
+pub mod canvas;
 pub mod cover;
 pub mod exec;
 pub mod experiment;

@@ -6,16 +6,19 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::artwork::{self, ArtworkError};
+use crate::canvas::{self, CanvasError};
 use crate::drawing::Drawing;
 use crate::measure::{CoverageMetrics, DrawingMetrics, Metrics};
-use crate::plan::cover::{self, CoverError, CoverJob, CoverMethod, CoverOptions, Coverage};
+use crate::mesh::TriMesh;
+use crate::pen::LayerPen;
+use crate::plan::cover::{self, BasePose, CoverError, CoverJob, CoverMethod, CoverOptions, Coverage, MapMaker};
+use crate::plan::{ReachGrid, ReachProbe};
 use crate::progress::Progress;
 use crate::reach::kept_or_made;
 use crate::report::{CoverSketch, FigureError, OutputDir, OutputError, cover_svg, metrics_json, svg_png};
 use crate::robot::{Cell, RobotError};
-use crate::run::{self, RunError};
 use crate::scenario::{Scenario, Sketch, options};
-use crate::surface::BelievedCanvas;
+use crate::surface::{BelievedCanvas, Wall};
 
 /// Why there are no places.
 #[derive(Debug, thiserror::Error)]
@@ -38,7 +41,7 @@ pub enum CoverageError {
     Artwork(#[from] ArtworkError),
     /// The scene or the mapping can't be made.
     #[error(transparent)]
-    Run(#[from] RunError),
+    Canvas(#[from] CanvasError),
     /// The picture can't be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
@@ -77,82 +80,123 @@ struct CoverageJson<'a> {
     coverage: &'a Coverage,
 }
 
-/// Finds where the base stands for all of a scenario's drawing, and writes coverage.json, a plan from above and the figures into `out`.
+/// Where the base stands for a drawing, and what that was found in.
+pub struct Found {
+    /// Where to stand and what to draw from where.
+    pub coverage: Coverage,
+    /// The wall.
+    pub wall: Wall,
+    /// What was asked.
+    pub options: CoverOptions,
+    /// What stands before the wall, world.
+    pub obstacles: Vec<TriMesh>,
+}
+
+/// Finds where the base stands for all of a drawing, and how it drives from where it starts to each place in turn. Without `[coverage]`
+/// the defaults hold. `map` makes, or knows, a map of the arm's reach.
 ///
-/// Without `[coverage]` the defaults hold. Maps of reach are kept in `cache` in the output folder.
-pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> Result<Covered, CoverageError> {
-    let started = Instant::now();
-    let options = scenario.coverage.clone().unwrap_or_default().options();
-    let made = artwork::make(&Sketch::from(scenario), progress)?;
-    let drawing = &made.drawing;
-    let pens = artwork::pens(drawing, &scenario.pen)?;
+/// # Errors
+/// The canvas is no wall, no robot or scene is there, or no places do.
+pub fn find(
+    scenario: &Scenario,
+    drawing: &Drawing,
+    pens: &[LayerPen],
+    map: &mut MapMaker,
+    progress: &dyn Progress,
+) -> Result<Found, CoverageError> {
     let cell = Cell::load(&scenario.robot)?;
     let arm = &cell.arms[cell.arm_index(scenario.arm.as_deref())?];
-    let scene = run::scene_of(scenario)?;
+    let mut options = scenario.coverage.clone().unwrap_or_default().options();
+    if let Some(base) = &arm.base {
+        options.mount = base.base_from_arm.translation.vector.into();
+    }
+    let scene = canvas::scene_of(scenario)?;
     let Some(wall) = scene.wall else {
         return Err(CoverageError::NoWall { scene: scenario.canvas.scene.display().to_string() });
     };
-    let (mapping, _) = run::mapping_onto(scenario, drawing, &scene.canvas)?;
-    let canvas = BelievedCanvas(scene.canvas);
-    let obstacles: Vec<_> = scene.furniture.iter().map(|f| f.mesh.clone()).collect();
-    let plan = options::plan_options(scenario, &pens);
+    let (mapping, _) = canvas::mapping_onto(scenario, drawing, &scene.canvas)?;
+    let believed = BelievedCanvas(scene.canvas);
+    let obstacles: Vec<TriMesh> = scene.furniture.iter().map(|f| f.mesh.clone()).collect();
+    let plan = options::plan_options(scenario, pens);
     let job = CoverJob {
         arm: &arm.model,
         home: &arm.home,
+        start: arm.base.as_ref().map(|b| BasePose { x: b.start.x, y: b.start.y, heading: b.start.yaw }),
         wall: &wall,
-        canvas: &canvas,
+        canvas: &believed,
         obstacles: &obstacles,
         drawing,
         mapping: mapping.as_ref(),
         plan: &plan,
         cover: &options,
     };
+    let coverage = cover::cover(&job, map, &mut |stage| progress.stage(stage, None))?;
+    Ok(Found { coverage, wall, options, obstacles })
+}
+
+/// Finds where the base stands for all of a scenario's drawing, and writes coverage.json, a plan from above and the figures into `out`.
+///
+/// Maps of reach are kept in `cache` in the output folder.
+///
+/// # Errors
+/// See [`find`]; or a file can't be written.
+pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> Result<Covered, CoverageError> {
+    let started = Instant::now();
+    let made = artwork::make(&Sketch::from(scenario), progress)?;
+    let drawing = &made.drawing;
+    let pens = artwork::pens(drawing, &scenario.pen)?;
     let cache = OutputDir::check(&out.path().join("cache"))?;
     let mut to_keep = None;
-    let mut map = |probe: &crate::plan::ReachProbe, grid: &crate::plan::ReachGrid| {
-        let made = kept_or_made(&arm.model.name, probe, grid, &cache, progress);
+    let mut map = |probe: &ReachProbe, grid: &ReachGrid| {
+        let made = kept_or_made("the arm", probe, grid, &cache, progress);
         to_keep = made.to_keep.map(|name| (name, made.map.clone()));
         made.map
     };
-    let coverage = cover::cover(&job, &mut map, &mut |stage| progress.stage(stage, None))?;
+    let found = find(scenario, drawing, &pens, &mut map, progress)?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(DrawingMetrics::of(drawing, started.elapsed().as_secs_f64()));
-    metrics.coverage = Some(CoverageMetrics::of(&coverage));
+    metrics.coverage = Some(CoverageMetrics::of(&found.coverage));
 
-    let mut files = Vec::new();
     if let Some((name, map)) = to_keep {
         cache.write(&name, &crate::reach::npy_of(&map))?;
     }
+    let mut files = write(&scenario.name, &found, out)?;
+    files.push(out.write("metrics.json", metrics_json(&metrics)?.as_bytes())?);
+    let seconds = started.elapsed().as_secs_f64();
+    let summary = summary(&found.coverage, seconds, out);
+    Ok(Covered { summary, drawing: made.drawing, coverage: found.coverage, metrics, files })
+}
+
+/// Writes coverage.json and the plan from above; returns the files written.
+///
+/// # Errors
+/// A file can't be written.
+pub fn write(name: &str, found: &Found, out: &OutputDir) -> Result<Vec<PathBuf>, CoverageError> {
+    let Found { coverage, options, .. } = found;
     let json = CoverageJson {
         schema: 1,
-        scenario: &scenario.name,
+        scenario: name,
         footprint_m: options.footprint,
         mount_m: options.mount,
         margin_m: options.margin,
-        coverage: &coverage,
+        coverage,
     };
-    files.push(out.write("coverage.json", (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?);
-    let svg = cover_svg(&sketch(scenario, &coverage, &wall, &options, &obstacles));
-    files.push(out.write("coverage.svg", svg.as_bytes())?);
-    files.push(out.write("coverage.png", &svg_png(&svg)?)?);
-    files.push(out.write("metrics.json", metrics_json(&metrics)?.as_bytes())?);
-    let seconds = started.elapsed().as_secs_f64();
-    Ok(Covered { summary: summary(&coverage, seconds, out), drawing: made.drawing, coverage, metrics, files })
+    let svg = cover_svg(&sketch(name, found));
+    Ok(vec![
+        out.write("coverage.json", (serde_json::to_string_pretty(&json)? + "\n").as_bytes())?,
+        out.write("coverage.svg", svg.as_bytes())?,
+        out.write("coverage.png", &svg_png(&svg)?)?,
+    ])
 }
 
-fn sketch<'a>(
-    scenario: &'a Scenario,
-    coverage: &'a Coverage,
-    wall: &'a crate::surface::Wall,
-    options: &CoverOptions,
-    obstacles: &[crate::mesh::TriMesh],
-) -> CoverSketch<'a> {
+fn sketch<'a>(name: &'a str, found: &'a Found) -> CoverSketch<'a> {
+    let Found { coverage, wall, options, obstacles } = found;
     let circle = match options.method {
         CoverMethod::Circles { radius, offset, base } => Some([radius, offset, base]),
         _ => None,
     };
     CoverSketch {
-        title: &scenario.name,
+        title: name,
         coverage,
         wall,
         obstacles: cover::outlines(wall, obstacles, options),

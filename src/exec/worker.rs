@@ -267,6 +267,10 @@ impl<P: Policy> Worker<P> {
                 self.outcome(Vec::new(), None)
             }
             Task::Drive(_) => self.drive(task, hear, pages)?,
+            Task::BelieveBase(pose) => {
+                self.simulation.believe_base(pose);
+                self.outcome(Vec::new(), None)
+            }
             _ => match self.motion(task, hear, pages)? {
                 Some(outcome) => outcome,
                 None => return Ok(true),

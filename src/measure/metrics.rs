@@ -5,7 +5,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{MetricPath, ToolMetrics};
+use super::{BaseMetrics, MetricPath, SeamMetrics, ToolMetrics};
 
 /// Everything measured in one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -56,6 +56,12 @@ pub struct Metrics {
     /// Tool changes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool: Option<ToolMetrics>,
+    /// A base that drives from place to place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<BaseMetrics>,
+    /// Where strokes are drawn from two places.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seam: Option<SeamMetrics>,
     /// Picture against artwork.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image: Option<ImageMetrics>,
@@ -225,9 +231,6 @@ pub struct PlanMetrics {
     /// Largest planned turn of a joint in one millisecond, a control step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_joint_step_rad: Option<f64>,
-    /// Places that the mobile base drives to.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub base_poses: Option<usize>,
     /// Pen changes in the plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool_changes: Option<usize>,

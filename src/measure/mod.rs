@@ -1,5 +1,6 @@
 //! Figures of a run, from what was drawn and felt, never from the plan.
 
+mod base;
 mod belief;
 mod figures;
 mod heights;
@@ -7,11 +8,13 @@ mod laid;
 mod line;
 mod metrics;
 mod paths;
+mod seam;
 mod segments;
 mod shape;
 mod tools;
 mod width;
 
+pub use base::BaseMetrics;
 pub use heights::StrokeHeights;
 pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
@@ -20,6 +23,7 @@ pub use metrics::{
     MappingMetrics, Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,
 };
 pub use paths::MetricPath;
+pub use seam::{Seam, SeamMetrics, seams};
 pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
 pub use tools::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
 pub use width::width_error;

@@ -202,6 +202,7 @@ mod tests {
             pieces: vec![],
         };
         let coverage = Coverage {
+            way_in: Vec::new(),
             method: "map".into(),
             places: vec![place(0.5), place(-0.5)],
             cuts: vec![],

@@ -56,6 +56,9 @@ pub(super) fn record() -> Record {
         pen_up_contact_steps: 0,
         final_q: vec![0.0; 7],
         final_qd: vec![0.0; 7],
+        base: Vec::new(),
+        stands: Vec::new(),
+        final_base: None,
     };
     let event = |time, kind| Event { time, arm: 0, stroke: None, kind };
     Record {

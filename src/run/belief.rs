@@ -2,12 +2,13 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-use super::mapping::{mapped, mapping_onto, overlaid, own_layers};
+use super::driving::{Driving, drive};
 use super::planning::{Planning, plan_all};
 use super::scan::Scan;
 use super::setup::Setup;
 use super::{RunError, Until};
 use crate::artwork::{self, Made, Part};
+use crate::canvas::{mapped, mapping_onto, overlaid, own_layers};
 use crate::drawing::Drawing;
 use crate::exec::Journal;
 use crate::math::Digest;
@@ -30,6 +31,8 @@ pub(super) struct Prepared {
     pub drawing: Drawing,
     pub pens: Vec<LayerPen>,
     pub metrics: DrawingMetrics,
+    /// Where a base stands for it; the drawing's strokes are then what is drawn from one place each.
+    pub driving: Option<Driving>,
 }
 
 /// The drawing as it lies on the believed canvas.
@@ -49,7 +52,7 @@ pub(super) struct Believed {
     pub scan: Option<Scan>,
     /// `None` where the canvas is learned by touch.
     pub mapped: Option<Mapped>,
-    /// `None` where strokes are planned while they are drawn, or where no plan was asked for.
+    /// `None` where strokes are planned while they are drawn or where the base stands, or where no plan was asked for.
     pub planning: Option<Planning>,
 }
 
@@ -83,7 +86,8 @@ pub(super) fn prepare(scenario: &Scenario, only: Option<&Part>, progress: &dyn P
         part: only.map(ToString::to_string),
         ..DrawingMetrics::of(&drawing, seconds)
     };
-    Ok(Prepared { made, drawing, pens, metrics })
+    let driving = drive(scenario, &mut drawing, &pens, progress)?;
+    Ok(Prepared { made, drawing, pens, metrics, driving })
 }
 
 /// Goes from the drawing to what is planned of it, as far as `until`. Nothing here depends on the true scene, but for what a camera
@@ -109,6 +113,10 @@ pub(super) fn believe(
         return if until < Until::End { Err(RunError::WhileDrawing) } else { Ok(believed) };
     }
     believed.mapped = Some(lay(scenario, &believed, progress)?);
+    if believed.prepared.driving.is_some() {
+        // a base plans where it comes to stand
+        return if until == Until::Plan { Err(RunError::WhileDriving) } else { Ok(believed) };
+    }
     if until >= Until::Plan {
         believed.planning = Some(plan_all(scenario, setup, &believed, journal, progress)?);
     }

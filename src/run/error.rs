@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use crate::artwork::{ArtworkError, PartError};
 use crate::camera::ScanError;
+use crate::canvas::CanvasError;
+use crate::cover::CoverageError;
 use crate::diagnostic::ConfigError;
 use crate::exec::{ExecError, JournalError};
 use crate::ink::InkError;
@@ -15,7 +17,7 @@ use crate::report::{OutputError, RecordFileError};
 use crate::robot::RobotError;
 use crate::scenario::ScenarioError;
 use crate::skill::{KitError, PolicyError};
-use crate::surface::{FlattenError, MapError, SceneError};
+use crate::surface::MapError;
 use crate::truth::TruthError;
 use crate::twin::TwinError;
 
@@ -33,9 +35,24 @@ pub enum RunError {
     },
     /// The base would have to drive.
     #[error(
-        "`[coverage]` asks for a base that drives from place to place, and this robot's stands still: see `calamus cover`"
+        "`[coverage]` asks for a base that drives from place to place, and {robot} has none: take \"iiwa_ridgeback\""
     )]
-    Driving,
+    NoBase {
+        /// Name of the robot.
+        robot: String,
+    },
+    /// A base that drives, and something that goes with a robot that stands.
+    #[error("{what} doesn't go with a base that drives from place to place")]
+    NotWhileDriving {
+        /// What.
+        what: &'static str,
+    },
+    /// The base has no places.
+    #[error(transparent)]
+    Coverage(#[from] CoverageError),
+    /// There is no canvas to draw on.
+    #[error(transparent)]
+    Canvas(#[from] CanvasError),
     /// An output can't be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -45,9 +62,6 @@ pub enum RunError {
     /// The artwork can't be drawn.
     #[error(transparent)]
     Artwork(#[from] ArtworkError),
-    /// The scene can't be used.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
     /// The true canvas can't be made.
     #[error(transparent)]
     Truth(#[from] TruthError),
@@ -133,15 +147,15 @@ pub enum RunError {
     /// A canvas known by touch alone has neither map nor plan before it is drawn on.
     #[error("with `belief = \"touch\"` the drawing is mapped and planned while it is drawn: run it to the end")]
     WhileDrawing,
+    /// A base that drives plans where it comes to stand.
+    #[error("a base plans where it comes to stand: run it to the end, or see `calamus cover` for its places")]
+    WhileDriving,
     /// A pen tool can't be used.
     #[error(transparent)]
     Pen(#[from] ConfigError),
     /// The drawing doesn't fit on the canvas.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// The canvas can't be flattened for the drawing.
-    #[error(transparent)]
-    Flatten(#[from] FlattenError),
     /// The drawing can't be planned.
     #[error(transparent)]
     Plan(#[from] PlanError),

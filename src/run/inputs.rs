@@ -3,6 +3,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::RunError;
+use crate::canvas::CanvasError;
 use crate::drawing;
 use crate::files::{self, FilesRead};
 use crate::mesh;
@@ -33,7 +34,7 @@ impl Inputs {
             let tools = Cell::load(file)?.arms.into_iter().filter_map(|a| a.gripper).map(|g| g.tool);
             tools.into_iter().try_for_each(|tool| Ok(ToolSet::read(&tool).map(|_| ())?))
         })?;
-        self.follow(&scenario.canvas.scene, |file| Ok(Scene::read(file).map(|_| ())?))?;
+        self.follow(&scenario.canvas.scene, |file| Ok(Scene::read(file).map(|_| ()).map_err(CanvasError::from)?))?;
         for pen in scenario.pen.inks.values().chain([&scenario.pen.kind]) {
             self.follow(pen, |file| Ok(PenModel::read(file).map(|_| ())?))?;
         }

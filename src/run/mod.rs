@@ -1,6 +1,7 @@
 //! One scenario, from start to end: scenario in, products out.
 
 mod belief;
+mod driving;
 mod error;
 mod evaluate;
 mod inputs;
@@ -29,8 +30,6 @@ pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
 pub use inputs::{BUILD, Inputs};
-pub(crate) use mapping::mapping_onto;
-pub(crate) use setup::scene_of;
 
 use belief::{believe, prepare};
 use perform::perform;
@@ -155,7 +154,7 @@ pub fn draw(sketch: &Sketch, out: &OutputDir, progress: &dyn Progress) -> Result
     let pens = artwork::pens(&made.drawing, &sketch.pen)?;
     let drawing = made.drawing.clone();
     let figures = DrawingMetrics::of(&drawing, seconds);
-    let prepared = belief::Prepared { made, drawing, pens, metrics: figures };
+    let prepared = belief::Prepared { made, drawing, pens, metrics: figures, driving: None };
     let sheet = products::Sheet::with_side(&prepared, sketch.render.drawing_px)?;
     metrics.image = Some(sheet.likeness(None)?);
     let mut written = Written::default();

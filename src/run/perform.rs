@@ -2,16 +2,17 @@
 use std::time::Instant;
 
 use super::belief::Believed;
-use super::mapping::{mapped, mapping_onto, mapping_onto_truth, own_layers};
+use super::mapping::mapping_onto_truth;
 use super::planning::PenPlaces;
 use super::setup::Setup;
 use super::team::{Team, team};
 use super::{RunError, tool_figures};
+use crate::canvas::{mapped, mapping_onto, own_layers};
 use crate::exec::{self, ArmStop, Both, Counter, Done, Journal, Listener};
 use crate::ink::{InkTrace, TraceInk};
 use crate::measure::{
-    BeliefMetrics, ContactMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
-    StrokeHeights, grid_shape, line_fit, side_errors, width_error,
+    BeliefMetrics, ContactMetrics, CoverageMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics,
+    SimMetrics, StrokeHeights, grid_shape, line_fit, side_errors, width_error,
 };
 use crate::plan::{Plan, ReachReport};
 use crate::progress::Progress;
@@ -87,19 +88,21 @@ fn conclude(
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(believed.prepared.metrics.clone());
     metrics.belief = believed.belief_metrics();
+    metrics.coverage = believed.prepared.driving.as_ref().map(|d| CoverageMetrics::of(&d.found.coverage));
     metrics.mapping = believed.mapped.as_ref().map(|m| m.metrics.clone());
     let arms = done.iter().zip(&setup.cell.arms).enumerate().map(|(i, (d, arm))| {
         let planned: Vec<_> = believed.planning.iter().flat_map(|p| &p.timelines[i]).flatten().collect();
-        d.plan(i, &planned, &arm.home)
+        d.plan(i, &planned, arm.base.as_ref().map_or(&arm.home, |b| &b.transport))
     });
     let plan = Plan { arms: arms.collect() };
     let near = if setup.fetches() { Some(tool_figures::distances(scenario, setup, &plan, &done)?) } else { None };
     let touched = match done.first().and_then(|d| d.policy.touched()) {
         Some(touch) => Some(learned(scenario, setup, touch, &plan, &mut metrics)?),
         None => {
-            let planning = believed.planning.as_ref();
+            let (planning, driven) = (believed.planning.as_ref(), done.first().and_then(|d| d.policy.driven()));
             let none = ReachReport::default();
-            let (reach, seconds) = planning.map_or((&none, 0.0), |p| (&p.reach, p.seconds));
+            let on_the_way = driven.map_or((&none, 0.0), |d| (d.reach(), d.planning()));
+            let (reach, seconds) = planning.map_or(on_the_way, |p| (&p.reach, p.seconds));
             metrics.plan = Some(PlanMetrics::of(&plan, reach, seconds));
             None
         }
@@ -128,6 +131,9 @@ fn conclude(
     let record = Record::of(stories, inks, seconds);
     progress.stage("measuring", None);
     measure(scenario, setup, &record, &mut metrics)?;
+    if let Some(driving) = &believed.prepared.driving {
+        driving.measure(setup, &record, &mut metrics);
+    }
     let places = Vec::new();
     Ok(Performance { metrics, plan, record, changes, lost, places, stops, touched, stopped, interrupted })
 }

@@ -131,12 +131,23 @@ fn stage(setup: &Setup, extra: &Extra, record: &Record) -> (RenderScene, Framing
     let mut scenery = RenderScene::default();
     let mut landmarks = Vec::new();
     for (i, (arm, done)) in setup.cell.arms.iter().zip(&record.arms).enumerate() {
-        let model = extra.models.get(i).unwrap_or(&arm.model);
+        let stood = match (&arm.base, &done.final_base) {
+            (Some(base), Some(pose)) => {
+                Some(ArmModel { world_from_base: pose * base.base_from_arm, ..arm.model.clone() })
+            }
+            _ => None,
+        };
+        if let (Some(base), Some(pose)) = (&arm.base, &done.final_base) {
+            // so is the base that it stands on
+            landmarks.extend(base.wheels.iter().map(|w| pose * Point3::new(1.3 * w.hub.x, 1.3 * w.hub.y, 0.0)));
+        }
+        let arm = stood.as_ref().unwrap_or(&arm.model);
+        let model = extra.models.get(i).unwrap_or(arm);
         let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
         scenery.items.extend(ArmVisuals::new(model).items(model.kinematics(&q).world_from_links()));
         // shoulder and elbow are what a close view has to show of the robot
-        let k = arm.model.kinematics(&q);
-        let middle = 1 + arm.model.dof() / 2;
+        let k = arm.kinematics(&q);
+        let middle = 1 + arm.dof() / 2;
         landmarks.extend(k.world_from_links()[1..=middle].iter().map(|p| Point3::from(p.translation.vector)));
     }
     scenery.items.extend(extra.items.iter().cloned());

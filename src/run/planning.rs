@@ -49,9 +49,6 @@ pub(super) fn plan_all(
     journal: Option<&Journal>,
     progress: &dyn Progress,
 ) -> Result<Planning, RunError> {
-    if scenario.coverage.is_some() {
-        return Err(RunError::Driving);
-    }
     progress.stage("planning", Some(PARTS as u64));
     let started = Instant::now();
     let options = options::plan_options(scenario, &setup.pens);

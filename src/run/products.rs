@@ -7,6 +7,7 @@ use super::pictures::{self, Extra};
 use super::setup::Setup;
 use super::{RunError, Until, name_of, scene_builder};
 use crate::artwork::{Likenesses, desired_trace};
+use crate::cover::{self, Found};
 use crate::drawing::{Drawing, svg_write};
 use crate::ink::{InkTrace, RasterOptions, rasterise};
 use crate::measure::{ImageMetrics, Laid, Metrics, PlanMetrics};
@@ -154,6 +155,9 @@ impl Products<'_> {
         if let Some(scan) = &believed.scan {
             scan.write(&believed.canvas, out, written)?;
         }
+        if let Some(driving) = &believed.prepared.driving {
+            write_places(&scenario.name, &driving.found, out, written)?;
+        }
         if let Some(mapped) = &believed.mapped {
             write_laid(&mapped.laid, &mapped.field, &setup.drawing, out, written)?;
         }
@@ -247,6 +251,18 @@ pub(super) fn write_laid(
     written.other(out.write("distortion.json", &json)?, "How the canvas stretches the drawing, and what was mended");
     let png = distortion_picture(field, drawing)?.to_png(None)?;
     written.picture(out.write("distortion.png", &png)?, "How the canvas stretches the drawing: areas, and angles");
+    Ok(())
+}
+
+/// Writes where a base stands.
+fn write_places(name: &str, found: &Found, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+    for file in cover::write(name, found, out)? {
+        if file.extension().is_some_and(|e| e == "svg") {
+            written.picture(file, "Where the base stands, from above, and what it draws from where");
+        } else {
+            written.other(file, "Where the base stands, and what it draws from where");
+        }
+    }
     Ok(())
 }
 

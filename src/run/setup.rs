@@ -1,11 +1,9 @@
 //! What takes part in a run: the robot, the scene, the drawing and its pens, loaded from the files that a scenario names.
 use std::sync::Arc;
 
-use nalgebra::{Translation3, UnitQuaternion, Vector3};
-
 use super::RunError;
+use crate::canvas::scene_of;
 use crate::drawing::Drawing;
-use crate::math::Pose;
 use crate::measure::TruthMetrics;
 use crate::mesh::TriMesh;
 use crate::pen::LayerPen;
@@ -55,15 +53,6 @@ impl Setup {
         obstacles.extend(self.cell.solids(&self.parked)?);
         Ok(obstacles)
     }
-}
-
-/// The scenario's nominal scene. The drawing lies on the sheet as it is; the sheet is moved and turned.
-pub(crate) fn scene_of(scenario: &Scenario) -> Result<Scene, RunError> {
-    let mut scene = Scene::read(&scenario.canvas.scene)?;
-    let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
-    scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);
-    Ok(scene)
 }
 
 /// Takes the arms that don't draw out of the cell.

@@ -3,6 +3,7 @@ use std::sync::Arc;
 
 use super::RunError;
 use super::belief::Believed;
+use super::driving::{self, driver};
 use super::planning::{self, kits};
 use super::setup::Setup;
 use crate::exec::Worker;
@@ -69,7 +70,10 @@ fn simulation(
     let arm = &setup.cell.arms[index];
     let gripper = setup.truth.gripper(index).cloned();
     let bare = setup.kits[index].as_ref().map(|k| k.bare.clone());
-    let first = believed.prepared.drawing.sequence().first().map_or(0, |r| r.layer);
+    let first = match &believed.prepared.driving {
+        Some(driving) => driving.strokes.iter().flatten().next().map_or(0, |r| r.layer),
+        None => believed.prepared.drawing.sequence().first().map_or(0, |r| r.layer),
+    };
     let layer = if places.is_empty() { first } else { places.iter().position(|(a, _)| *a == index).unwrap_or(0) };
     let arm_setup = ArmSetup {
         index,
@@ -80,6 +84,10 @@ fn simulation(
         gripper,
         colors: setup.drawing.layers.iter().map(|l| l.color).collect(),
     };
+    if arm.base.is_some() {
+        let sheet = setup.scene.canvas.sheet.world_from_sheet.translation;
+        return driving::on_base(scenario, arm, arm_setup, Arc::clone(scene), [sheet.x, sheet.y]);
+    }
     let twin = options::twin_options(scenario);
     let mut simulation = Simulation::new(arm_setup, Arc::clone(scene), options::law(scenario), &twin)?;
     if let Some(touch) = &scenario.touch {
@@ -96,6 +104,9 @@ fn drawers(
     believed: &Believed,
     options: &Arc<PlanOptions>,
 ) -> Result<Vec<Box<dyn Drawer>>, RunError> {
+    if let Some(driving) = &believed.prepared.driving {
+        return Ok(vec![Box::new(driver(scenario, setup, believed, driving, options)?)]);
+    }
     if scenario.touch.is_some() {
         return Ok(vec![Box::new(by_touch(scenario, setup, options)?)]);
     }

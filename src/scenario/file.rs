@@ -8,6 +8,7 @@ use crate::math::Rgb;
 use crate::surface::{FlattenOptions, MappingKind};
 
 use super::coverage::CoverageSettings;
+use super::driving::{DriveSettings, LocalisationSettings};
 use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
     Style, TspSettings,
@@ -60,6 +61,12 @@ pub struct ScenarioFile {
     /// Where a mobile base stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<CoverageSettings>,
+    /// How a mobile base drives.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<DriveSettings>,
+    /// How a mobile base finds out where it stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<LocalisationSettings>,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

@@ -8,6 +8,7 @@ mod assets;
 mod check;
 mod coverage;
 mod drawing;
+mod driving;
 mod file;
 pub(crate) mod options;
 mod overrides;
@@ -24,6 +25,7 @@ pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
 pub use coverage::{CircleSettings, CoverKind, CoverageSettings};
 pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
+pub use driving::{DriveSettings, LocalisationSettings};
 pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use overrides::Override;
 pub use picture::{

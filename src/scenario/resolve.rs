@@ -13,6 +13,7 @@ use super::assets::{AssetKind, Assets};
 use super::check::Check;
 use super::coverage::{CoverageSettings, check_coverage};
 use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
+use super::driving::{DriveSettings, LocalisationSettings, check_drive, check_localisation};
 use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
@@ -101,6 +102,10 @@ pub struct Scenario {
     pub tools: Option<ToolSettings>,
     /// Where a mobile base stands.
     pub coverage: Option<CoverageSettings>,
+    /// How a mobile base drives.
+    pub drive: Option<DriveSettings>,
+    /// How a mobile base finds out where it stands.
+    pub localisation: Option<LocalisationSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -240,6 +245,12 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
     if let Some(coverage) = &typed.coverage {
         check_coverage(coverage, check)?;
     }
+    if let Some(drive) = &typed.drive {
+        check_drive(drive, check)?;
+    }
+    if let Some(localisation) = &typed.localisation {
+        check_localisation(localisation, check)?;
+    }
     check_control(&typed.control, check)?;
     check.above_zero("sim.record_hz", typed.sim.record_hz, 1000.0)?;
     check_render(&typed.render, check)?;
@@ -264,6 +275,8 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         touch,
         tools: typed.tools,
         coverage: typed.coverage,
+        drive: typed.drive,
+        localisation: typed.localisation,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -438,6 +451,8 @@ impl From<Scenario> for ScenarioFile {
             touch: s.touch,
             tools: s.tools,
             coverage: s.coverage,
+            drive: s.drive,
+            localisation: s.localisation,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

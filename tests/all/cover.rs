@@ -112,7 +112,7 @@ fn what_cant_be_is_one_line_and_exit_2() {
 }
 
 #[test]
-fn a_run_says_that_this_base_stands_still() {
+fn a_plan_of_a_base_that_drives_is_made_where_it_comes_to_stand() {
     let output = Command::new(env!("CARGO_BIN_EXE_calamus"))
         .args(["plan", "wall_skyline", "-q", "--out"])
         .arg(tempfile::tempdir().unwrap().path().join("out"))

@@ -3,6 +3,7 @@ mod architecture;
 mod cli;
 mod cover;
 mod determinism;
+mod driving;
 mod executive;
 mod experiments;
 mod grasp;

@@ -1,7 +1,7 @@
 //! Units as they stand in names: `error_mean_mm` is in millimetres.
 
 /// What names end in, and the unit as people write it; of two that fit the longer one comes first.
-const UNITS: [(&str, &str); 20] = [
+const UNITS: [(&str, &str); 21] = [
     ("_rad_s2", "rad/s2"),
     ("_rad_s3", "rad/s3"),
     ("_mm_s2", "mm/s2"),
@@ -12,6 +12,7 @@ const UNITS: [(&str, &str); 20] = [
     ("_n_m", "N/m"),
     ("_percent", "%"),
     ("_deg", "deg"),
+    ("_mrad", "mrad"),
     ("_rad", "rad"),
     ("_hz", "Hz"),
     ("_db", "dB"),

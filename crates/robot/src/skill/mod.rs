@@ -3,6 +3,7 @@
 mod carrier;
 mod change_options;
 mod compliance;
+mod driven;
 mod felt;
 mod fetched;
 mod gripper_kit;
@@ -22,6 +23,7 @@ mod urdf_tests;
 
 pub use carrier::{Carrier, toward};
 pub use change_options::ChangeOptions;
+pub use driven::{DriveJob, DrivenPlace, DrivenStrokes};
 pub use felt::Felt;
 pub use fetched::FetchedPens;
 pub use gripper_kit::{GripperKit, GripperOptions, KitError, open_fingers};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Outcome, Task, TouchStrokes};
+use super::{DrivenStrokes, Outcome, Task, TouchStrokes};
 use crate::control::Reference;
 use crate::plan::PlanError;
 use crate::surface::BelievedCanvas;
@@ -63,6 +63,11 @@ pub trait Drawer: Policy {
     fn touched(&self) -> Option<&TouchStrokes> {
         None
     }
+
+    /// Who draws from place to place, if somebody does.
+    fn driven(&self) -> Option<&DrivenStrokes> {
+        None
+    }
 }
 
 impl<P: Policy + ?Sized> Policy for Box<P> {
@@ -95,6 +100,9 @@ impl<P: Drawer + ?Sized> Drawer for Box<P> {
     }
     fn touched(&self) -> Option<&TouchStrokes> {
         (**self).touched()
+    }
+    fn driven(&self) -> Option<&DrivenStrokes> {
+        (**self).driven()
     }
 }
 

@@ -33,6 +33,8 @@ pub enum Task {
     Wait(f64),
     /// Drives the base along a path, the arm held in its posture.
     Drive(DrivePath),
+    /// Takes the base to stand at a pose, world, tilt included: the law goes on from there. Nothing moves.
+    BelieveBase(Pose),
 }
 
 /// A piece of motion on a timeline: moves that follow one another without rest share one.
@@ -155,7 +157,7 @@ impl Task {
             | Self::Draw(m)
             | Self::Lift(m)
             | Self::ChangePen(m) => Some(m),
-            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) => None,
+            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) | Self::BelieveBase(_) => None,
         }
     }
 
@@ -181,7 +183,7 @@ impl Task {
             | Self::Draw(m)
             | Self::Lift(m)
             | Self::ChangePen(m) => m.visit = visit,
-            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) => {}
+            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) | Self::BelieveBase(_) => {}
         }
         self
     }
@@ -193,7 +195,7 @@ impl Task {
             Self::Draw(m) | Self::Press(m) | Self::Probe(m, _) | Self::Lift(m) => Some(Some(m.segment.layer)),
             Self::Return(place) => Some(Some(place.layer)),
             Self::Fetch(_) => Some(None),
-            Self::Travel(_) | Self::ChangePen(_) | Self::Wait(_) | Self::Drive(_) => None,
+            Self::Travel(_) | Self::ChangePen(_) | Self::Wait(_) | Self::Drive(_) | Self::BelieveBase(_) => None,
         };
         Precondition { holds, at }
     }
@@ -207,7 +209,7 @@ impl Task {
             }
             Self::ChangePen(_) => Effects { arm: true, ink: false, hand: true },
             Self::Fetch(_) | Self::Return(_) => Effects { arm: true, ink: false, hand: true },
-            Self::Wait(_) => Effects::default(),
+            Self::Wait(_) | Self::BelieveBase(_) => Effects::default(),
         }
     }
 

@@ -2,9 +2,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::ink::{InkStroke, TraceInk};
-use crate::math::Digest;
+use crate::math::{Digest, Pose};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
-use crate::twin::{ArmRecord, ArmSample, Event, Record, StrokeRecord};
+use crate::twin::{ArmRecord, ArmSample, BaseSample, BaseStand, Event, Record, StrokeRecord};
 
 /// What happened since the log was last taken. Times are those of the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,10 @@ pub struct ArmLog {
     pub changes: Vec<ChangeRecord>,
     /// Pens that were lost after their fetch: how hand and tool stood when they had fallen.
     pub lost: Vec<Snapshot>,
+    /// Where the base stood, of an arm on one, in time order.
+    pub base: Vec<BaseSample>,
+    /// Places at which the base came to believe that it stands.
+    pub stands: Vec<BaseStand>,
 }
 
 /// Sums and extremes over an arm's whole run.
@@ -51,6 +55,8 @@ pub struct ArmEnding {
     pub ink: Vec<InkStroke>,
     /// The stroke that was being drawn.
     pub stroke: Option<StrokeRecord>,
+    /// Where the base stood, world, of an arm on one.
+    pub base: Option<Pose>,
 }
 
 impl ArmLog {
@@ -62,6 +68,8 @@ impl ArmLog {
         self.ink.append(&mut later.ink);
         self.changes.append(&mut later.changes);
         self.lost.append(&mut later.lost);
+        self.base.append(&mut later.base);
+        self.stands.append(&mut later.stands);
     }
 }
 
@@ -92,7 +100,7 @@ impl Record {
             log.ink.extend(ending.ink);
             record.events.append(&mut log.events);
             record.ink.strokes.append(&mut log.ink);
-            let ArmEnding { time, q, qd, totals, .. } = ending;
+            let ArmEnding { time, q, qd, totals, base, .. } = ending;
             record.steps += totals.steps;
             record.simulated = record.simulated.max(time);
             record.arms.push(ArmRecord {
@@ -106,6 +114,9 @@ impl Record {
                 pen_up_contact_steps: totals.pen_up_contact_steps,
                 final_q: q,
                 final_qd: qd,
+                base: log.base,
+                stands: log.stands,
+                final_base: base,
             });
         }
         if many {
@@ -116,6 +127,9 @@ impl Record {
         let mut digest = Digest::new();
         for r in &record.arms {
             digest.numbers(&r.final_q).numbers(&r.final_qd).numbers([&r.max_force]);
+            if let Some(base) = &r.final_base {
+                digest.numbers(base.translation.vector.iter()).numbers(base.rotation.coords.iter());
+            }
         }
         record.ink.digest(&mut digest);
         record.digest = digest.hex();

@@ -25,7 +25,7 @@ pub use log::{ArmEnding, ArmLog, ArmStory, Totals};
 pub use options::{PlantKind, TwinOptions};
 pub use plant::{ArmPlant, ArticulatedPlant, Plant, TipForce, TipState};
 pub use rapier_plant::RapierPlant;
-pub use record::{ArmRecord, ArmSample, Event, EventKind, Record, StrokeRecord};
+pub use record::{ArmRecord, ArmSample, BaseSample, BaseStand, Event, EventKind, Record, StrokeRecord};
 pub use scene::TrueScene;
 pub use sense::Feeling;
 pub use simulate::simulate;

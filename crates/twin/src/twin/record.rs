@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::drawing::StrokeId;
 use crate::ink::InkTrace;
+use crate::math::Pose;
 use crate::math::stats::Running;
 use crate::plan::SegmentKind;
 
@@ -128,6 +129,36 @@ pub struct ArmRecord {
     pub final_q: Vec<f64>,
     /// Joint speeds at the end, rad/s.
     pub final_qd: Vec<f64>,
+    /// Where the base stood, of an arm on one, in time order; sampled as the arm is.
+    pub base: Vec<BaseSample>,
+    /// Places at which the base came to believe that it stands, in time order.
+    pub stands: Vec<BaseStand>,
+    /// Where the base stood at the end, world.
+    pub final_base: Option<Pose>,
+}
+
+/// Where a base truly was at one recorded instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BaseSample {
+    /// Time, s.
+    pub time: f64,
+    /// What the arm was doing.
+    pub segment: SegmentKind,
+    /// Whether the base was driving.
+    pub driving: bool,
+    /// Its frame, m, world.
+    pub pose: Pose,
+}
+
+/// A place at which a base came to believe that it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BaseStand {
+    /// Time, s.
+    pub time: f64,
+    /// Where it was, m, world.
+    pub pose: Pose,
+    /// Where it believes to be.
+    pub believed: Pose,
 }
 
 /// The record of a run.

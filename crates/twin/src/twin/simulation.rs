@@ -16,8 +16,8 @@ use crate::twin::grasp::{DockState, Held};
 use crate::twin::log::{ArmEnding, ArmLog};
 use crate::twin::sense::TipSensor;
 use crate::twin::{
-    ArmPlant, ArticulatedPlant, Event, EventKind, Feeling, Plant, PlantKind, RapierPlant, TipForce, TipState,
-    TrueScene, TwinOptions, WheelCommand,
+    ArmPlant, ArticulatedPlant, BaseSample, Event, EventKind, Feeling, Plant, PlantKind, RapierPlant, TipForce,
+    TipState, TrueScene, TwinOptions, WheelCommand,
 };
 
 /// Why a simulation ended early.
@@ -248,7 +248,8 @@ impl Simulation {
 
     /// How the arm stands now.
     pub fn ending(&self) -> ArmEnding {
-        self.state.arm.ending(self.time(), &self.joints())
+        let base = self.true_base().map(|b| *b.reveal());
+        ArmEnding { base, ..self.state.arm.ending(self.time(), &self.joints()) }
     }
 
     /// The arm stands with its brakes on until `step`: only its pen dries.
@@ -335,6 +336,7 @@ impl Simulation {
         let (time, dt) = (self.time(), self.options.dt);
         let measured = self.joints();
         let tip = self.tip(&measured);
+        let sample = self.state.step.is_multiple_of(self.stride);
         let now = Moment {
             segment: &movement.segment,
             time,
@@ -343,7 +345,7 @@ impl Simulation {
             kinematics: &self.kinematics,
             tip: &tip,
             scene: &self.scene,
-            sample: self.state.step.is_multiple_of(self.stride),
+            sample,
         };
         let out = self.state.arm.step(&now, &mut self.log);
         let s = &mut self.state;
@@ -362,6 +364,10 @@ impl Simulation {
         self.refresh();
         if let (ArmPlant::Mobile(p), Some(base)) = (&self.state.plant, &mut self.state.base) {
             base.read(p, dt);
+            if sample {
+                let (segment, driving) = (movement.segment.kind, base.is_driving());
+                self.log.base.push(BaseSample { time, segment, driving, pose: p.base_pose() });
+            }
         }
         Ok(self.overloaded(&out.force, &measured))
     }

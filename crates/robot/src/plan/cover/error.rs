@@ -61,6 +61,17 @@ pub enum CoverError {
         /// What is too narrow.
         why: String,
     },
+    /// No way from where the base starts.
+    #[error(
+        "a base {:.0} mm wide can't drive from where it starts to its first place{why}; start it elsewhere by `base.pose` of the robot",
+        width * 1e3
+    )]
+    NoWayIn {
+        /// Width of the base with its margins, m.
+        width: f64,
+        /// What is too narrow.
+        why: String,
+    },
     /// Borders don't go with the places.
     #[error("{places} places have {} borders between them, and {borders} are given; they must fall or rise with the places", places.saturating_sub(1))]
     Borders {

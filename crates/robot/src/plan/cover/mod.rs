@@ -23,4 +23,4 @@ pub use floor::outlines;
 pub use options::{BasePose, CoverMethod, CoverOptions};
 pub use pen_reach::PenReach;
 pub use place::{Coverage, Cut, CutKind, Piece, Place};
-pub use solve::{CoverJob, cover};
+pub use solve::{CoverJob, MapMaker, cover};

@@ -3,7 +3,7 @@ use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 use super::options::BasePose;
-use crate::drawing::{Drawing, InkLayer, Stroke};
+use crate::drawing::{Drawing, InkLayer, Stroke, StrokeRef};
 
 /// Nearer than this to a point of a stroke, a cut is at the point; in parts of a side.
 const AT_POINT: f64 = 1e-9;
@@ -109,6 +109,9 @@ pub struct Coverage {
     pub places: Vec<Place>,
     /// In the order of the drawing's strokes.
     pub cuts: Vec<Cut>,
+    /// The way from where the base starts to the first place, poses a straight motion apart; empty where no start was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub way_in: Vec<BasePose>,
     /// The ways between places: from each to the next, poses a straight motion apart.
     pub drives: Vec<Vec<BasePose>>,
     /// Arc lengths at which seams are straight, m; empty where they are free.
@@ -136,6 +139,38 @@ impl Coverage {
         let length = |way: &Vec<BasePose>| way.windows(2).map(|w| (w[1].center() - w[0].center()).norm()).sum::<f64>();
         // an empty sum is -0
         self.drives.iter().map(length).sum::<f64>() + 0.0
+    }
+
+    /// `drawing` cut into what is drawn in one go, and for each place its strokes of it. Strokes of a layer follow the places.
+    pub fn cut(&self, drawing: &Drawing) -> (Drawing, Vec<Vec<StrokeRef>>) {
+        let mut layers: Vec<InkLayer> =
+            drawing.layers.iter().map(|l| InkLayer { strokes: Vec::new(), ..l.clone() }).collect();
+        let mut take = |piece: &Piece| {
+            let strokes = &mut layers[piece.layer].strokes;
+            strokes.push(piece.of(&drawing.layers[piece.layer].strokes[piece.stroke]));
+            StrokeRef { layer: piece.layer, stroke: strokes.len() - 1 }
+        };
+        let of_places = self.places.iter().map(|p| p.pieces.iter().map(&mut take).collect()).collect();
+        (Drawing { layers, order: Vec::new(), ..*drawing }, of_places)
+    }
+
+    /// For each cut, by its number, the strokes of the cut drawing that end and begin at it.
+    pub fn ends(&self) -> Vec<[StrokeRef; 2]> {
+        let none = StrokeRef { layer: 0, stroke: usize::MAX };
+        let mut ends = vec![[none; 2]; self.cuts.len()];
+        let mut counts = std::collections::BTreeMap::<usize, usize>::new();
+        for piece in self.places.iter().flat_map(|p| &p.pieces) {
+            let count = counts.entry(piece.layer).or_default();
+            let own = StrokeRef { layer: piece.layer, stroke: *count };
+            *count += 1;
+            if let Some(cut) = piece.cut_after {
+                ends[cut][0] = own;
+            }
+            if let Some(cut) = piece.cut_before {
+                ends[cut][1] = own;
+            }
+        }
+        ends
     }
 
     /// What of `drawing` is drawn from place `index`: the layers of the drawing, with its pieces as strokes in drawing order.

@@ -37,6 +37,8 @@ pub struct CoverJob<'a> {
     pub arm: &'a ArmModel,
     /// Where it waits, rad.
     pub home: &'a JointVector,
+    /// Where the base starts; nothing is said of the way to the first place without it.
+    pub start: Option<BasePose>,
     /// The wall.
     pub wall: &'a Wall,
     /// The same as a mesh.
@@ -103,6 +105,10 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
         _ => by_map(job, &asked, &floor, hear)?,
     };
     hear("drives");
+    if let (Some(start), Some(first)) = (&job.start, coverage.places.first()) {
+        let no_way = || CoverError::NoWayIn { width: floor.width(), why: narrow(job.wall) };
+        coverage.way_in = way(&floor, start, &first.pose).ok_or_else(no_way)?;
+    }
     for k in 1..coverage.places.len() {
         let (a, b) = (coverage.places[k - 1].pose, coverage.places[k].pose);
         let no_way = || CoverError::NoWay { from: k, to: k + 1, width: floor.width(), why: narrow(job.wall) };
@@ -155,6 +161,7 @@ fn told(job: &CoverJob, ink: &Ink, method: &str, chosen: Chosen, borders: &[f64]
         method: method.into(),
         places: places.map(|((pose, stretch), pieces)| Place { pose: *pose, stretch: *stretch, pieces }).collect(),
         cuts: shares.cuts,
+        way_in: Vec::new(),
         drives: Vec::new(),
         borders: borders.to_vec(),
         optimal,

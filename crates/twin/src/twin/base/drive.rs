@@ -9,7 +9,7 @@ use crate::robot::{BaseModel, BasePose, Mecanum, Odometry, WheelSpeeds};
 use crate::skill::{BaseBelief, Move};
 use crate::truth::TrueBase;
 use crate::twin::simulation::{ArmSetup, Simulation, TwinError};
-use crate::twin::{ArmPlant, TrueScene, TwinOptions};
+use crate::twin::{ArmPlant, BaseStand, TrueScene, TwinOptions};
 
 /// A base as a simulation begins with it.
 pub struct BaseSetup {
@@ -41,6 +41,11 @@ pub struct DriveState {
 }
 
 impl DriveState {
+    /// Whether a path is under way.
+    pub(crate) fn is_driving(&self) -> bool {
+        self.follower.is_some()
+    }
+
     /// Reads the wheels after a step of `dt` s.
     pub(crate) fn read(&mut self, plant: &MobilePlant, dt: f64) {
         let turned: WheelSpeeds = plant.wheels().map(|w| w.angle).into();
@@ -159,6 +164,10 @@ impl Simulation {
     pub fn believe_base(&mut self, pose: &Pose) {
         let Some(base) = &mut self.state.base else { return };
         base.odometry.correct(BasePose::of(pose));
+        if let Some(truth) = self.true_base() {
+            self.log.stands.push(BaseStand { time: self.time(), pose: *truth.reveal(), believed: *pose });
+        }
+        let Some(base) = &self.state.base else { return };
         let mut believed = self.state.arm.controller.model().clone();
         believed.world_from_base = pose * base.model.base_from_arm;
         self.state.arm.controller = self.law.controller(believed);

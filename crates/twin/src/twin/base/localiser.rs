@@ -5,6 +5,7 @@
 //! accuracy improvement, IROS 2018, doi:10.1109/IROS.2018.8593707, and a drawing robot's saved calibration; nobody publishes all.
 use nalgebra::{Translation3, UnitQuaternion, Vector2, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::math::{Pose, standard_normal, stream};
@@ -38,7 +39,7 @@ pub struct LocaliserOptions {
 }
 
 /// A known kind of sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LocaliserKind {
     /// No error.
@@ -107,6 +108,8 @@ impl LocaliserKind {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Localiser {
     options: LocaliserOptions,
+    /// Middle of the measured volume, m, world: there its bends and its scale are right.
+    middle: [f64; 2],
     rng: ChaCha8Rng,
     /// Where and how it is mounted, m and rad, base frame.
     mounting: [f64; 3],
@@ -120,8 +123,9 @@ pub struct Localiser {
 }
 
 impl Localiser {
-    /// A sensor set up anew; `seed` and the arm's `index` say which.
-    pub fn new(options: LocaliserOptions, seed: u64, index: u64) -> Self {
+    /// A sensor set up anew about `middle` (m, world: what is drawn on, whose own mark it measures from); `seed` and the arm's `index` say
+    /// which.
+    pub fn new(options: LocaliserOptions, middle: [f64; 2], seed: u64, index: u64) -> Self {
         let mut rng = stream(seed, "localisation", index);
         let mut normal = |sd: f64| sd * standard_normal(&mut rng);
         let [far, turned] = options.mounting;
@@ -132,7 +136,7 @@ impl Localiser {
         let bends = [(); 2].map(|()| [normal(bend), normal(bend), normal(bend)]);
         let [sway, turn] = options.wander;
         let wander = [normal(sway), normal(sway), normal(turn)];
-        Self { options, rng, mounting, scale, bends, wander, jumped: [0.0; 2], measured_at: 0.0 }
+        Self { options, middle, rng, mounting, scale, bends, wander, jumped: [0.0; 2], measured_at: 0.0 }
     }
 
     /// How it errs.
@@ -169,7 +173,7 @@ impl Localiser {
         let averaged = 1.0 / f64::from(o.readings.max(1)).sqrt();
         let [far, turned] = [(o.noise[0] * averaged).max(o.floor), o.noise[1] * averaged];
         let noise = [far, far, turned].map(|sd| sd * standard_normal(&mut self.rng));
-        let p = Vector2::new(past.translation.x, past.translation.y);
+        let p = Vector2::new(past.translation.x - self.middle[0], past.translation.y - self.middle[1]);
         let bent = self.bends.map(|[a, b, c]| a * p.x * p.x + b * p.y * p.y + c * p.x * p.y);
         let mut off = [0.0; 3];
         for i in 0..2 {
@@ -199,7 +203,7 @@ mod tests {
     #[test]
     fn a_perfect_one_measures_what_is() {
         let pose = Pose::new(Vector3::new(2.0, -1.0, 0.001), Vector3::new(0.001, 0.0, 1.2));
-        let mut l = Localiser::new(LocaliserKind::Perfect.options(), 3, 0);
+        let mut l = Localiser::new(LocaliserKind::Perfect.options(), [0.0; 2], 3, 0);
         l.moved();
         assert!(off(&mut l, 5.0, &pose).norm() < 1e-12);
     }
@@ -214,7 +218,7 @@ mod tests {
         };
         let (mut within, mut between) = ([0.0; 2], [0.0; 2]);
         for seed in 0..200 {
-            let mut l = Localiser::new(options.clone(), seed, 0);
+            let mut l = Localiser::new(options.clone(), [0.0; 2], seed, 0);
             let (a, b) = (off(&mut l, 0.0, &Pose::identity()), off(&mut l, 1.0, &Pose::identity()));
             for (sum, i) in within.iter_mut().zip([0, 2]) {
                 *sum += (a[i] - b[i]).powi(2) / 2.0 / 200.0;
@@ -230,7 +234,7 @@ mod tests {
 
     #[test]
     fn the_same_seed_measures_the_same_and_a_saved_one_goes_on() {
-        let mut a = Localiser::new(LocaliserKind::Tracker.options(), 7, 0);
+        let mut a = Localiser::new(LocaliserKind::Tracker.options(), [0.0; 2], 7, 0);
         a.moved();
         let bytes = postcard::to_stdvec(&a).expect("has a serial form");
         let mut b: Localiser = postcard::from_bytes(&bytes).expect("can be read");
@@ -239,7 +243,8 @@ mod tests {
 
     #[test]
     fn a_moving_base_is_seen_where_it_was() {
-        let mut l = Localiser::new(LocaliserOptions { latency: 0.1, ..LocaliserKind::Perfect.options() }, 1, 0);
+        let mut l =
+            Localiser::new(LocaliserOptions { latency: 0.1, ..LocaliserKind::Perfect.options() }, [0.0; 2], 1, 0);
         let seen = l.measure(0.0, &Pose::identity(), &Vector6::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
         assert!((seen.translation.x + 0.02).abs() < 1e-12);
     }

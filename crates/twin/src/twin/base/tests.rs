@@ -236,7 +236,7 @@ fn simulation(kind: PlantKind, localiser: Option<Localiser>) -> (Simulation, Bas
 
 #[test]
 fn a_drive_ends_where_the_wheels_tell_and_short_of_it_sideways() {
-    let localiser = Localiser::new(LocaliserKind::Perfect.options(), 1, 0);
+    let localiser = Localiser::new(LocaliserKind::Perfect.options(), [0.0; 2], 1, 0);
     let (mut simulation, base) = simulation(PlantKind::Articulated, Some(localiser));
     let (sin, cos) = 0.5f64.sin_cos();
     // half a metre to the left
@@ -266,8 +266,10 @@ fn a_drive_ends_where_the_wheels_tell_and_short_of_it_sideways() {
     let told = simulation.state().arm.controller.model().world_from_base;
     assert!((told.translation.vector - tip.translation.vector).norm() < 1e-4);
     // a saved state drives on to the same end
-    let (mut again, _) =
-        self::simulation(PlantKind::Articulated, Some(Localiser::new(LocaliserKind::Perfect.options(), 1, 0)));
+    let (mut again, _) = self::simulation(
+        PlantKind::Articulated,
+        Some(Localiser::new(LocaliserKind::Perfect.options(), [0.0; 2], 1, 0)),
+    );
     let bytes = postcard::to_stdvec(&halfway.expect("took a while")).expect("has a serial form");
     again.restore(postcard::from_bytes(&bytes).expect("can be read"));
     let second = loop {

@@ -1,0 +1,105 @@
+//! An arm on a base that drives: what it draws from place to place, how the pieces meet, and what it refuses.
+use std::path::Path;
+use std::process::Command;
+
+use calamus::measure::Metrics;
+use calamus::progress::Silent;
+use calamus::run::{Cache, evaluate};
+use calamus::scenario::{Override, Scenario};
+
+/// A grid on a flat wall whose three level lines are cut where two places meet.
+const SEAMS: &str = "robot = 'iiwa_ridgeback'\n[drawing]\nwidth_mm = 120\n[drawing.pattern]\nkind = 'grid'\nn = 2\n\
+    [canvas]\nscene = 'wall_flat'\n[coverage]\nposes = [[2150, 200, 0], [2150, -200, 0]]\nborders_mm = [2100]\n\
+    [render]\ndrawing_px = 300\nviews = []\n";
+
+fn scenario(sets: &[&str]) -> Scenario {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/seams.toml");
+    let sets: Vec<Override> = sets.iter().map(|s| s.parse().unwrap()).collect();
+    Scenario::parse(SEAMS, &file, &sets).unwrap()
+}
+
+fn figures(sets: &[&str]) -> Metrics {
+    evaluate(&scenario(sets), &Cache::default(), &Silent).unwrap()
+}
+
+#[test]
+fn pieces_drawn_from_two_places_meet() {
+    let m = figures(&[]);
+    let (line, seam, base) = (m.line.unwrap(), m.seam.unwrap(), m.base.unwrap());
+    assert_eq!((seam.cuts, base.places), (3, 2));
+    assert!(line.error_mean_mm < Some(0.05) && line.error_p95_mm < Some(0.15), "{line:?}");
+    assert!(line.coverage > Some(0.999) && line.excess == Some(0.0), "{line:?}");
+    assert!(seam.step_p95_mm < Some(0.1) && seam.lost_mm == Some(0.0) && seam.doubled_mm == Some(0.0), "{seam:?}");
+    assert!(base.pose_error_mm < Some(1e-6) && base.creep_mm < Some(0.02), "{base:?}");
+    // a way of over two metres to the first place, and 0.4 m on
+    assert!(base.drive_m > 2.4 && base.drive_m < 2.8 && base.drive_s > 10.0, "{base:?}");
+    // the base gives way under its arm, and the plan knows it
+    assert!(base.sway_peak_mm > Some(0.02), "{base:?}");
+    let left = figures(&["drive.sag_known=0"]).line.unwrap();
+    assert!(left.error_mean_mm > line.error_mean_mm, "{left:?}");
+}
+
+#[test]
+fn a_base_that_knows_its_place_badly_draws_there_and_the_figures_say_so() {
+    let m = figures(&["localisation.sensor=\"board\"", "localisation.mounting_mm=1.5"]);
+    let (line, base) = (m.line.unwrap(), m.base.unwrap());
+    assert!(base.pose_error_mm > Some(0.2), "{base:?}");
+    assert!(line.error_mean_mm > Some(0.05), "{line:?} {base:?}");
+}
+
+#[test]
+fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), SEAMS).unwrap();
+    let start = |out: &str, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_calamus"));
+        command.args(["run", "s.toml", "-q", "--keep-every-ms", "200", "--out", out]).args(more);
+        command.current_dir(folder.path()).spawn().unwrap()
+    };
+    let digest = |out: &str| {
+        let text = std::fs::read_to_string(folder.path().join(out).join("metrics.json")).unwrap();
+        let m: Metrics = serde_json::from_str(&text).unwrap();
+        m.digest.unwrap()
+    };
+    assert!(start("one", &["--threads", "1"]).wait().unwrap().success());
+    // killed on its way to the first place, and once more while it draws
+    let mut kills = 0;
+    loop {
+        let more: &[&str] = if folder.path().join("two/journal/run.key").exists() { &["--resume"] } else { &[] };
+        let mut child = start("two", &[&["--threads", "2"], more].concat());
+        let state = folder.path().join("two/journal/arm0.state");
+        let kept = |state: &Path| state.metadata().and_then(|m| m.modified()).ok();
+        let before = kept(&state);
+        let ended = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break Some(status);
+            }
+            if kills < 2 && kept(&state) != before {
+                break None;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        };
+        if let Some(status) = ended {
+            assert!(status.success());
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+    }
+    assert_eq!(kills, 2, "it was over before it was killed twice");
+    assert_eq!(digest("one"), digest("two"));
+    let picture = |out: &str| std::fs::read(folder.path().join(out).join("drawing.png")).unwrap();
+    assert!(picture("one") == picture("two"));
+}
+
+#[test]
+fn what_cant_be_is_refused_before_anything_moves() {
+    let say = |sets: &[&str]| evaluate(&scenario(sets), &Cache::default(), &Silent).unwrap_err().to_string();
+    assert!(say(&["robot=\"iiwa_fixed\""]).contains("has none: take \"iiwa_ridgeback\""));
+    assert!(say(&["canvas.belief=\"touch\""]).contains("doesn't go with a base that drives"));
+    assert!(say(&["canvas.scene=\"plane_table\""]).contains("the canvas must be an extrusion"));
+    assert!(say(&["coverage.poses=[[2900, 200, 0], [2150, -200, 0]]"]).contains("meets the wall"));
+    let far = say(&["coverage.poses=[[1000, 200, 0], [2150, -200, 0]]"]);
+    assert!(far.contains("can't be drawn") || far.contains("reaches"), "{far}");
+}
