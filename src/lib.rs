@@ -18,6 +18,7 @@ pub mod canvas;
 pub mod cover;
 pub mod exec;
 pub mod experiment;
+pub mod inputs;
 pub mod measure;
 pub mod progress;
 pub mod reach;

@@ -8,8 +8,8 @@ use serde_json::{Map, Value};
 
 use crate::diagnostic::{self, ConfigError};
 use crate::files;
+use crate::inputs::{BUILD, Inputs};
 use crate::math::{Digest, stream};
-use crate::run::{BUILD, Inputs};
 use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError};
 
 use super::ExperimentError;
@@ -324,7 +324,7 @@ impl Experiment {
             // repeats without draws differ in their seed alone
             if trial.repeat == 0 || !trial.draws.is_empty() {
                 let scenario = self.scenario(&trial)?;
-                inputs.add(&scenario).map_err(|source| ExperimentError::Run { trial: index, source })?;
+                inputs.add(&scenario).map_err(|e| ExperimentError::Run { trial: index, source: e.into() })?;
             }
         }
         // the files may have moved: what is in them counts

@@ -9,6 +9,7 @@ use crate::cover::CoverageError;
 use crate::diagnostic::ConfigError;
 use crate::exec::{ExecError, JournalError};
 use crate::ink::InkError;
+use crate::inputs::InputError;
 use crate::mesh::{MeshError, MeshFileError};
 use crate::picture::PictureError;
 use crate::plan::PlanError;
@@ -26,13 +27,8 @@ use crate::twin::TwinError;
 #[non_exhaustive]
 pub enum RunError {
     /// A file that the scenario names can't be read.
-    #[error("{}: {source}", file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The base would have to drive.
     #[error(
         "`[coverage]` asks for a base that drives from place to place, and {robot} has none: take \"iiwa_ridgeback\""
@@ -49,7 +45,7 @@ pub enum RunError {
     },
     /// The base has no places.
     #[error(transparent)]
-    Coverage(#[from] CoverageError),
+    Coverage(Box<CoverageError>),
     /// There is no canvas to draw on.
     #[error(transparent)]
     Canvas(#[from] CanvasError),
@@ -180,4 +176,10 @@ pub enum RunError {
     /// Figures can't be written as JSON.
     #[error("figures can't be written: {0}")]
     Json(#[from] serde_json::Error),
+}
+
+impl From<CoverageError> for RunError {
+    fn from(error: CoverageError) -> Self {
+        Self::Coverage(Box::new(error))
+    }
 }

@@ -4,7 +4,6 @@ mod belief;
 mod driving;
 mod error;
 mod evaluate;
-mod inputs;
 mod mapping;
 mod perform;
 mod pictures;
@@ -21,6 +20,7 @@ use std::time::{Duration, Instant};
 
 use crate::artwork::{self, Part};
 use crate::exec::{Journal, StopFlag};
+use crate::inputs::{BUILD, Inputs};
 use crate::measure::{DrawingMetrics, Metrics};
 use crate::progress::Progress;
 use crate::report::OutputDir;
@@ -29,7 +29,6 @@ use crate::scenario::{Scenario, Sketch};
 pub use belief::Cache;
 pub use error::RunError;
 pub use evaluate::evaluate;
-pub use inputs::{BUILD, Inputs};
 
 use belief::{believe, prepare};
 use perform::perform;

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::robot::{BaseModel, Tyre, WheelModel, WheelMotor};
 
-/// Speed of the hub below which no bristle is renewed, m/s: an arm that sways on a parked base doesn't travel.
-const DEAD_BAND: f64 = 2e-4;
+/// How far a wheel rolls to and fro without new bristles coming into its contact, m: those at the edge, which come and go as a parked
+/// base sways under its arm, bear no load after the first time.
+const TO_AND_FRO: f64 = 5e-4;
 /// Stiffness and damping of a roller's bearing before it turns, N/m and N s/m.
 const PRESLIDING: [f64; 2] = [2e5, 100.0];
 
@@ -39,6 +40,8 @@ pub struct Wheel {
     bristle: f64,
     /// How far the roller is turned before it rolls, m.
     rolled: f64,
+    /// How far the wheel has rolled, less what it rolled to and fro, m.
+    way: f64,
     /// Integral of the speed's error, rad.
     behind: f64,
     /// Whether it was held in the last step.
@@ -80,9 +83,13 @@ impl Wheel {
         let WheelModel { roller, .. } = base.wheels[i];
         let across = Vector2::new(-roller.y, roller.x);
         let rim = footing.velocity - Vector2::new(self.speed * base.radius, 0.0);
-        let travel = (footing.velocity.norm() - DEAD_BAND).max(0.0);
+        let (roll, turned) = self.bearing(&base.tyre, across.dot(&rim), footing.load, dt);
+        let at = self.angle * base.radius;
+        let way = self.way.clamp(at - TO_AND_FRO, at + TO_AND_FRO);
+        // a roller at 45 degrees turns the square root of two times as far as its wheel where both do
+        let travel = (way - self.way).abs().max(turned * std::f64::consts::FRAC_1_SQRT_2);
+        self.way = way;
         let hold = self.brush(&base.tyre, roller.dot(&rim), travel, footing.load, dt);
-        let roll = self.bearing(&base.tyre, across.dot(&rim), footing.load, dt);
         let force = roller * hold + across * roll;
         let torque = self.motor(&base.motor, command.speed(i), dt);
         let gain = (torque - base.radius * force.x) / base.motor.inertia;
@@ -91,10 +98,11 @@ impl Wheel {
         WheelForce { force, reaction: -base.motor.inertia * gain }
     }
 
+    /// `travel`: how far the wheel or its roller rolled, m.
     fn brush(&mut self, tyre: &Tyre, slip: f64, travel: f64, load: f64, dt: f64) -> f64 {
         let most = tyre.friction * load;
         // renewal is taken at the step's end, so that fast travel over a short contact stays stable
-        self.bristle = (self.bristle + slip * dt) / (1.0 + travel * dt / tyre.half_length);
+        self.bristle = (self.bristle + slip * dt) / (1.0 + travel / tyre.half_length);
         let force = tyre.stiffness * self.bristle + tyre.damping * slip;
         if force.abs() > most {
             let bend = most / tyre.stiffness;
@@ -103,12 +111,14 @@ impl Wheel {
         -force.clamp(-most, most)
     }
 
-    fn bearing(&mut self, tyre: &Tyre, speed: f64, load: f64, dt: f64) -> f64 {
+    /// The force of the roller's bearing, N, and how far the roller turned, m.
+    fn bearing(&mut self, tyre: &Tyre, speed: f64, load: f64, dt: f64) -> (f64, f64) {
         let [stiffness, damping] = PRESLIDING;
         let most = tyre.rolling_resistance * load;
         let bend = most / stiffness;
-        self.rolled = (self.rolled + speed * dt).clamp(-bend, bend);
-        -(stiffness * self.rolled + damping * speed).clamp(-most, most)
+        let free = self.rolled + speed * dt;
+        self.rolled = free.clamp(-bend, bend);
+        (-(stiffness * self.rolled + damping * speed).clamp(-most, most), (free - self.rolled).abs())
     }
 
     /// The motor's torque: a velocity loop with an integral, which holds the wheel's place where it is to stand.

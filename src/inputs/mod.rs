@@ -2,19 +2,44 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::RunError;
-use crate::canvas::CanvasError;
+use crate::diagnostic::ConfigError;
 use crate::drawing;
 use crate::files::{self, FilesRead};
-use crate::mesh;
+use crate::mesh::{self, MeshFileError};
 use crate::pen::PenModel;
-use crate::robot::Cell;
+use crate::robot::{Cell, RobotError};
 use crate::scenario::{Artwork, Generator, Scenario};
-use crate::surface::Scene;
+use crate::surface::{Scene, SceneError};
 use crate::tool::ToolSet;
 
 /// Names this build: a digest of its sources and of the compiler.
 pub const BUILD: &str = env!("CALAMUS_BUILD");
+
+/// A file that can't be read, or isn't right.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// It can't be read.
+    #[error("{}: {source}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A robot.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A pen, or a pen tool.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A cloud.
+    #[error(transparent)]
+    Cloud(#[from] MeshFileError),
+}
 
 /// The files of one or more scenarios, with digests of what is in them.
 #[derive(Default)]
@@ -29,12 +54,12 @@ impl Inputs {
     ///
     /// # Errors
     /// A file can't be read, or isn't right.
-    pub fn add(&mut self, scenario: &Scenario) -> Result<(), RunError> {
+    pub fn add(&mut self, scenario: &Scenario) -> Result<(), InputError> {
         self.follow(&scenario.robot, |file| {
             let tools = Cell::load(file)?.arms.into_iter().filter_map(|a| a.gripper).map(|g| g.tool);
             tools.into_iter().try_for_each(|tool| Ok(ToolSet::read(&tool).map(|_| ())?))
         })?;
-        self.follow(&scenario.canvas.scene, |file| Ok(Scene::read(file).map(|_| ()).map_err(CanvasError::from)?))?;
+        self.follow(&scenario.canvas.scene, |file| Ok(Scene::read(file).map(|_| ())?))?;
         for pen in scenario.pen.inks.values().chain([&scenario.pen.kind]) {
             self.follow(pen, |file| Ok(PenModel::read(file).map(|_| ())?))?;
         }
@@ -44,7 +69,7 @@ impl Inputs {
         for file in artwork(scenario)? {
             // its bytes count; what they mean is found out when the drawing is made of them
             self.follow(&file, |file| {
-                files::read(file).map(|_| ()).map_err(|source| RunError::File { file: file.to_path_buf(), source })
+                files::read(file).map(|_| ()).map_err(|source| InputError::File { file: file.to_path_buf(), source })
             })?;
         }
         Ok(())
@@ -55,7 +80,7 @@ impl Inputs {
         &self.files
     }
 
-    fn follow(&mut self, file: &Path, read: impl FnOnce(&Path) -> Result<(), RunError>) -> Result<(), RunError> {
+    fn follow(&mut self, file: &Path, read: impl FnOnce(&Path) -> Result<(), InputError>) -> Result<(), InputError> {
         if self.named.insert(file.to_path_buf()) {
             let (result, found) = files::listened(|| read(file));
             self.files.extend(found);
@@ -66,10 +91,10 @@ impl Inputs {
 }
 
 /// The files of which the drawing is made.
-fn artwork(scenario: &Scenario) -> Result<Vec<PathBuf>, RunError> {
+fn artwork(scenario: &Scenario) -> Result<Vec<PathBuf>, InputError> {
     match &scenario.drawing.artwork {
         Artwork::Pattern(_) => Ok(Vec::new()),
-        Artwork::File(file) => drawing::sources(file).map_err(|source| RunError::File { file: file.clone(), source }),
+        Artwork::File(file) => drawing::sources(file).map_err(|source| InputError::File { file: file.clone(), source }),
         Artwork::Picture(picture) => {
             let more: Vec<PathBuf> = match &picture.generator {
                 Generator::LayeredDepth(settings) => settings.files().cloned().collect(),
