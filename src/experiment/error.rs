@@ -101,7 +101,7 @@ pub enum ExperimentError {
         /// Which.
         trial: u64,
         /// Why.
-        source: RunError,
+        source: Box<RunError>,
     },
     /// Results can't be written as a table.
     #[error("{what} can't be written: {why}")]

@@ -141,7 +141,7 @@ pub fn replay(
 ) -> Result<run::Outcome, ExperimentError> {
     let scenario = experiment.scenario(&experiment.trial(index)?)?;
     run::run(&scenario, Until::End, &run::Manner::default(), out, progress)
-        .map_err(|source| ExperimentError::Run { trial: index, source })
+        .map_err(|e| ExperimentError::Run { trial: index, source: Box::new(e) })
 }
 
 /// Runs the worst trials again, and one of each rate that is to be shown, with pictures.

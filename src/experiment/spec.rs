@@ -324,7 +324,7 @@ impl Experiment {
             // repeats without draws differ in their seed alone
             if trial.repeat == 0 || !trial.draws.is_empty() {
                 let scenario = self.scenario(&trial)?;
-                inputs.add(&scenario).map_err(|e| ExperimentError::Run { trial: index, source: e.into() })?;
+                inputs.add(&scenario).map_err(|e| ExperimentError::Run { trial: index, source: Box::new(e.into()) })?;
             }
         }
         // the files may have moved: what is in them counts

@@ -33,10 +33,8 @@ fn pieces_drawn_from_two_places_meet() {
     assert!(base.pose_error_mm < Some(1e-6) && base.creep_mm < Some(0.02), "{base:?}");
     // a way of over two metres to the first place, and 0.4 m on
     assert!(base.drive_m > 2.4 && base.drive_m < 2.8 && base.drive_s > 10.0, "{base:?}");
-    // the base gives way under its arm, and the plan knows it
+    // it gives way under its arm
     assert!(base.sway_peak_mm > Some(0.02), "{base:?}");
-    let left = figures(&["drive.sag_known=0"]).line.unwrap();
-    assert!(left.error_mean_mm > line.error_mean_mm, "{left:?}");
 }
 
 #[test]

@@ -8,7 +8,8 @@ use calamus::experiment::Experiment;
 
 /// A small square on a table, drawn in seconds of the robot's time.
 const SCENARIO: &str = "[drawing]\nwidth_mm = 10\n[drawing.pattern]\nkind = 'grid'\nn = 1\n[canvas]\nscene = 'plane_table'\n\
-    [control]\nspeed_mm_s = 60\nlanding_speed_mm_s = 20\n[render]\ndrawing_px = 300\nviews = []\n";
+    [control]\nspeed_mm_s = 60\nlanding_speed_mm_s = 20\n[render]\ndrawing_px = 300\nviews = []\n\
+    [sim]\nplant = 'articulated'\n";
 
 /// Two cases, a grid of two, two trials of each, something drawn, and every kind of result.
 const EXPERIMENT: &str = r#"name = "a small one"

@@ -27,12 +27,12 @@ fn scenarios() -> Vec<PathBuf> {
 fn smaller(name: &str) -> &'static [&'static str] {
     match name {
         "tsp_portrait" => &["drawing.tsp.points=1000", "drawing.height_mm=40"],
-        "painterly" => &["drawing.painterly.strokes=20", "drawing.height_mm=100"],
-        "layered_depth" => &["drawing.layered_depth.strokes=20", "drawing.width_mm=100"],
+        "painterly" => &["drawing.painterly.strokes=12", "drawing.height_mm=70"],
+        "layered_depth" => &["drawing.layered_depth.strokes=12", "drawing.width_mm=70"],
         "hatching" => &["drawing.height_mm=22"],
         "hilbert_column" => &["drawing.pattern.order=3", "drawing.width_mm=60"],
         "plank_wall" => &["drawing.pattern.n=2"],
-        "patterns_column_both" => &["drawing.pattern.order=2", "drawing.pattern.n=6"],
+        "patterns_column_both" => &["drawing.pattern.order=2", "drawing.pattern.n=4"],
         "patterns_column_arrowhead" => &["drawing.pattern.order=4", "drawing.width_mm=100"],
         "patterns_column_snowflake" => &["drawing.pattern.order=2", "drawing.width_mm=100"],
         // one of the touched ones is drawn as it is, and the drawing of the scanned one is the column figure's
@@ -41,8 +41,8 @@ fn smaller(name: &str) -> &'static [&'static str] {
         }
         "tool_change" => &["render.tool_stages=false"],
         "four_colours" => &["drawing.painterly.strokes=8", "drawing.height_mm=60"],
-        "three_arms" => &["drawing.height_mm=90"],
-        "cmyk_tsp" => &["drawing.tsp.points=250", "drawing.height_mm=30"],
+        "three_arms" => &["drawing.height_mm=60"],
+        "cmyk_tsp" => &["drawing.tsp.points=120", "drawing.height_mm=20"],
         _ => &[],
     }
 }
@@ -69,11 +69,11 @@ pub fn scenario(name: &str, sets: &[&str]) -> Scenario {
 /// The part of a scenario that is drawn, where all of it is much of the same.
 fn part(name: &str) -> Option<Part> {
     let part = match name {
-        "column_figure" => "strokes=1-80",
+        "column_figure" => "strokes=1-45",
         // the last of its first ink and the first of its second
-        "first_light" => "strokes=260-340",
+        "first_light" => "strokes=275-325",
         "scanned_tools" => "inks=Green,Red",
-        "touched_bucket" => "strokes=1-40",
+        "touched_bucket" => "strokes=1-25",
         _ => return None,
     };
     Some(part.parse().unwrap())

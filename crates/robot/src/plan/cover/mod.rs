@@ -1,7 +1,7 @@
 //! Where a base has to stand so that its arm draws all of a wall, and which strokes are drawn from where.
 //!
 //! The problem is that of section VII.A of the dissertation. The default method doesn't follow the one there: it asks the arm's
-//! reach in space, over the ink alone, and solves the cover exactly ([`sweep`]); that one is in [`circles`], to compare.
+//! reach in space, over the ink alone, and solves the cover exactly (`sweep`); that one is in `circles`, to compare.
 
 mod candidates;
 mod circles;
