@@ -15,6 +15,7 @@ mod reach_figure;
 mod record_file;
 #[cfg(test)]
 mod sample;
+mod seam_picture;
 mod stages_csv;
 mod summary;
 
@@ -31,5 +32,6 @@ pub use plan_file::{plan_json, plan_npy};
 pub use plot::{Frame, Plot, WIDTH, series_color};
 pub use reach_figure::{ShownCanvas, reach_figure};
 pub use record_file::{RecordFileError, write_record};
+pub use seam_picture::seam_picture;
 pub use stages_csv::{StagesOf, snapshot_name, stages_csv};
 pub use summary::{duration, metrics_json, summary};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::RunError;
 use super::belief::Believed;
+use super::products::Written;
 use super::setup::Setup;
 use crate::cover::{self, Found};
 use crate::drawing::{Drawing, StrokeId, StrokeRef};
@@ -12,11 +13,16 @@ use crate::pen::LayerPen;
 use crate::plan::PlanOptions;
 use crate::plan::cover::{BasePose as Stand, Coverage};
 use crate::progress::Progress;
+use crate::report::{OutputDir, seam_picture};
 use crate::robot::{Arm, BasePose, Cell};
 use crate::scenario::{Scenario, options};
 use crate::skill::{DriveJob, DrivenPlace, DrivenStrokes};
 use crate::surface::SurfaceDrawing;
 use crate::twin::{ArmSetup, BaseSetup, Localiser, Record, Simulation, TrueScene};
+
+/// Seams that are shown, and the side of their pictures, m.
+const SHOWN_SEAMS: usize = 3;
+const SEAM_SIDE: f64 = 0.03;
 
 /// Where a base stands for a drawing, and what it draws from where.
 pub(super) struct Driving {
@@ -31,6 +37,24 @@ impl Driving {
         let id = |r: StrokeRef| StrokeId { layer: r.layer as u32, index: r.stroke as u32 };
         let cuts: Vec<[StrokeId; 2]> = self.found.coverage.ends().into_iter().map(|ends| ends.map(id)).collect();
         seams(&record.ink, &cuts)
+    }
+
+    /// Pictures of the worst seams, close up.
+    pub(super) fn pictures(&self, record: &Record, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+        let mut seams = self.seams(record);
+        seams.sort_by(|a, b| (b.step + b.ahead.abs()).total_cmp(&(a.step + a.ahead.abs())));
+        for (i, seam) in seams.iter().take(SHOWN_SEAMS).enumerate() {
+            let png = seam_picture(&record.ink, &seam.sheet, SEAM_SIDE)?.to_png(None)?;
+            let caption = format!(
+                "Cut {} close up, {:.0} mm wide: its ends are {:.2} mm apart across the line, {:.2} mm along it",
+                seam.cut,
+                SEAM_SIDE * 1e3,
+                seam.step * 1e3,
+                seam.ahead * 1e3
+            );
+            written.picture(out.write(&format!("seam-{}.png", i + 1), &png)?, &caption);
+        }
+        Ok(())
     }
 
     /// Figures of the base and of the seams.
@@ -100,6 +124,7 @@ pub(super) fn driver(
         drive: settings.options(),
         tolerance: settings.arrival_mm * 1e-3,
         sag_known: settings.sag_known,
+        hand: options::hand_stiffness(scenario),
     }))
 }
 

@@ -176,6 +176,10 @@ impl Products<'_> {
         let views = pictures::pictures(&scenario.render, setup, &extra, record, out, written, progress)?;
         metrics.render = Some(views);
 
+        if let Some(driving) = &believed.prepared.driving {
+            driving.pictures(record, out, written)?;
+        }
+
         progress.stage("report", None);
         let mcap = out.write_with("record.mcap", |file| write_record(record, file).map_err(std::io::Error::other))?;
         written.other(mcap, "Joints, pen, forces and events over time; opens in Foxglove");

@@ -8,7 +8,8 @@ use crate::math::Rgb;
 use crate::surface::{FlattenOptions, MappingKind};
 
 use super::coverage::CoverageSettings;
-use super::driving::{DriveSettings, LocalisationSettings};
+use super::drive::DriveSettings;
+use super::localisation::LocalisationSettings;
 use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
     Style, TspSettings,

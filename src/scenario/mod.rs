@@ -8,8 +8,9 @@ mod assets;
 mod check;
 mod coverage;
 mod drawing;
-mod driving;
+mod drive;
 mod file;
+mod localisation;
 pub(crate) mod options;
 mod overrides;
 mod picture;
@@ -25,8 +26,9 @@ pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
 pub use coverage::{CircleSettings, CoverKind, CoverageSettings};
 pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
-pub use driving::{DriveSettings, LocalisationSettings};
+pub use drive::DriveSettings;
 pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
+pub use localisation::LocalisationSettings;
 pub use overrides::Override;
 pub use picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterStyle, PainterlySettings,

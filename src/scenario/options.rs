@@ -1,7 +1,7 @@
 //! A scenario's settings in the terms of the stages: SI units.
 use crate::control::{ImpedanceOptions, LawKind, LawOptions, PositionOptions};
 use crate::pen::LayerPen;
-use crate::plan::{PlanOptions, PressDepths};
+use crate::plan::{HandStiffness, PlanOptions, PressDepths};
 use crate::skill::{GripperOptions, TouchOptions};
 use crate::truth::{ErrorRanges, GripperTruth, TruthSpec};
 use crate::twin::TwinOptions;
@@ -66,6 +66,13 @@ fn impedance_options(s: &Scenario) -> ImpedanceOptions {
         believed_friction: c.believed_friction,
         torque_rate: c.torque_rate_nm_ms * 1e3,
     }
+}
+
+/// How the hand gives way under that law; `None` where it doesn't.
+pub(crate) fn hand_stiffness(s: &Scenario) -> Option<HandStiffness> {
+    let c = &s.control;
+    (c.law == LawKind::Impedance)
+        .then_some(HandStiffness { translational: c.stiffness_n_m, rotational: c.stiffness_nm_rad })
 }
 
 /// Settings of the simulation.

@@ -39,7 +39,7 @@ pub use reach::{Obstruction, ReachReport, Unreachable};
 pub use reach_grid::{GridError, MOST_NODES, ReachGrid};
 pub use reachability::{Reach, ReachMap, ReachProbe};
 pub use rectangle::{Mask, Slice, largest, slices};
-pub use sag::SagModel;
+pub use sag::{HandStiffness, SagModel};
 pub use schedule::{Piece, Schedule, Turn, schedule};
 pub use segment::{ArmPlan, Plan, Segment, SegmentKind};
 pub use separation::{Motion, Nearest, nearest};

@@ -112,15 +112,20 @@ pub fn along_arc(pose: &BasePose, moved: &Twist) -> BasePose {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::sync::LazyLock;
 
     use proptest::prelude::*;
 
     use super::*;
     use crate::robot::Cell;
 
+    /// Read once: proptest asks for it hundreds of times.
     fn ridgeback() -> BaseModel {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/iiwa_ridgeback.toml");
-        Cell::load(&file).expect("loads").arms.remove(0).base.expect("has a base")
+        static BASE: LazyLock<BaseModel> = LazyLock::new(|| {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/iiwa_ridgeback.toml");
+            Cell::load(&file).expect("loads").arms.remove(0).base.expect("has a base")
+        });
+        BASE.clone()
     }
 
     #[test]

@@ -11,8 +11,8 @@ use crate::drawing::StrokeRef;
 use crate::math::Pose;
 use crate::mesh::TriMesh;
 use crate::plan::{
-    self, DepthProfile, PlanError, PlanJob, PlanOptions, ReachReport, SagModel, Segment, SegmentKind, StepPlanner,
-    Trajectory,
+    self, DepthProfile, HandStiffness, PlanError, PlanJob, PlanOptions, ReachReport, SagModel, Segment, SegmentKind,
+    StepPlanner, Trajectory,
 };
 use crate::robot::{ArmModel, BaseModel, BasePose, JointVector};
 use crate::surface::{BelievedCanvas, SurfaceDrawing};
@@ -53,6 +53,8 @@ pub struct DriveJob {
     pub tolerance: f64,
     /// Share of the sag of its springs that is foretold and corrected for; 0 for none.
     pub sag_known: f64,
+    /// How the law lets the hand give way; `None` where it doesn't.
+    pub hand: Option<HandStiffness>,
 }
 
 /// Drives to each place in turn and draws there.
@@ -175,7 +177,8 @@ impl DrivenStrokes {
         push(alone(SegmentKind::Travel, out));
         planned.plan.segments.into_iter().for_each(&mut push);
         if self.job.sag_known > 0.0 {
-            segments = SagModel::new(base, &self.job.arm, &folded, self.job.sag_known).correct(segments);
+            let DriveJob { arm, sag_known, hand, .. } = &self.job;
+            segments = SagModel::new(base, arm, &folded, *sag_known, *hand).correct(segments);
         }
         Ok((segments, planned.reach))
     }

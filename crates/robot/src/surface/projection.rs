@@ -242,12 +242,14 @@ mod tests {
     use super::*;
     use crate::drawing::InkLayer;
     use crate::math::{Pose, Rgb};
-    use crate::mesh::shapes;
+    use crate::mesh::{TriMesh, shapes};
     use nalgebra::Vector3;
     use proptest::prelude::*;
+    use std::sync::LazyLock;
 
     fn dome() -> Canvas {
-        let mesh = shapes::dome(0.15, 0.005).unwrap();
+        static DOME: LazyLock<TriMesh> = LazyLock::new(|| shapes::dome(0.15, 0.005).unwrap());
+        let mesh = DOME.clone();
         let world_from_sheet = Pose::translation(0.0, 0.0, 0.2);
         Canvas { name: "dome".into(), mesh, sheet: SheetFrame { world_from_sheet } }
     }
