@@ -16,7 +16,7 @@ use crate::plan::{ReachGrid, ReachProbe};
 use crate::progress::Progress;
 use crate::reach::kept_or_made;
 use crate::report::{CoverSketch, FigureError, OutputDir, OutputError, cover_svg, metrics_json, svg_png};
-use crate::robot::{Cell, RobotError};
+use crate::robot::{Arm, Cell, RobotError};
 use crate::scenario::{Scenario, Sketch, options};
 use crate::surface::{BelievedCanvas, Wall};
 
@@ -96,16 +96,15 @@ pub struct Found {
 /// the defaults hold. `map` makes, or knows, a map of the arm's reach.
 ///
 /// # Errors
-/// The canvas is no wall, no robot or scene is there, or no places do.
+/// The canvas is no wall, no scene is there, or no places do.
 pub fn find(
     scenario: &Scenario,
+    arm: &Arm,
     drawing: &Drawing,
     pens: &[LayerPen],
     map: &mut MapMaker,
     progress: &dyn Progress,
 ) -> Result<Found, CoverageError> {
-    let cell = Cell::load(&scenario.robot)?;
-    let arm = &cell.arms[cell.arm_index(scenario.arm.as_deref())?];
     let mut options = scenario.coverage.clone().unwrap_or_default().options();
     if let Some(base) = &arm.base {
         options.mount = base.base_from_arm.translation.vector.into();
@@ -145,14 +144,16 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     let made = artwork::make(&Sketch::from(scenario), progress)?;
     let drawing = &made.drawing;
     let pens = artwork::pens(drawing, &scenario.pen)?;
+    let cell = Cell::load(&scenario.robot)?;
+    let arm = &cell.arms[cell.arm_index(scenario.arm.as_deref())?];
     let cache = OutputDir::check(&out.path().join("cache"))?;
     let mut to_keep = None;
     let mut map = |probe: &ReachProbe, grid: &ReachGrid| {
-        let made = kept_or_made("the arm", probe, grid, &cache, progress);
+        let made = kept_or_made(&arm.model.name, probe, grid, &cache, progress);
         to_keep = made.to_keep.map(|name| (name, made.map.clone()));
         made.map
     };
-    let found = find(scenario, drawing, &pens, &mut map, progress)?;
+    let found = find(scenario, arm, drawing, &pens, &mut map, progress)?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(DrawingMetrics::of(drawing, started.elapsed().as_secs_f64()));
     metrics.coverage = Some(CoverageMetrics::of(&found.coverage));

@@ -42,9 +42,12 @@ impl BaseMetrics {
         if record.base.is_empty() {
             return None;
         }
-        let mut figures = Self { drives: 0, ..Self::default() };
+        let mut figures = Self::default();
         let (mut errors, mut turns, mut sway, mut creep) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for run in record.base.chunk_by(|a, b| a.driving == b.driving) {
+        // an arm that stopped on its way isn't folded: what it weighs on the base would be taken for creep
+        let folded = record.samples.first().is_some_and(|s| apart(&s.q, &record.final_q) < FOLDED);
+        let runs: Vec<&[BaseSample]> = record.base.chunk_by(|a, b| a.driving == b.driving).collect();
+        for (i, run) in runs.iter().enumerate() {
             if run[0].driving {
                 figures.drives += 1;
                 figures.drive_m +=
@@ -62,7 +65,7 @@ impl BaseMetrics {
             let feet: Vec<Point3<f64>> = drawn.iter().map(|s| place(&(s.pose * base_from_arm))).collect();
             let mean = feet.iter().fold(Vector3::zeros(), |a, p| a + p.coords) / feet.len() as f64;
             sway.extend(feet.iter().map(|p| (p.coords - mean).norm() * 1e3));
-            creep.extend(crept(run));
+            creep.extend(crept(run).filter(|_| folded || i + 1 < runs.len()));
         }
         let mean = |v: &[f64]| (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64);
         let most = |v: &[f64]| v.iter().copied().reduce(f64::max);
@@ -82,11 +85,18 @@ fn place(pose: &Pose) -> Point3<f64> {
     pose.translation.vector.into()
 }
 
+/// Largest difference of two postures, rad.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
 /// How far a base stood from where it had come to rest when it left, mm: both times its arm is folded.
 fn crept(run: &[BaseSample]) -> Option<f64> {
     let arrived = run.iter().rev().find(|s| s.segment == SegmentKind::Wait && s.time < run[0].time + REST)?;
     Some((place(&run[run.len() - 1].pose) - place(&arrived.pose)).xy().norm() * 1e3)
 }
 
+/// Within this of the posture in which it began an arm is folded, rad.
+const FOLDED: f64 = 0.02;
 /// Longest time after a drive at which a base is still at rest with its arm folded, s.
 const REST: f64 = 0.9;

@@ -16,6 +16,8 @@ const STRETCH: f64 = 3e-3;
 pub struct SeamMetrics {
     /// Cuts of which both ends were drawn.
     pub cuts: usize,
+    /// Cuts of which an end has no ink: they are in none of the other figures.
+    pub missing: usize,
     /// Step across the line between its two ends at a cut; half of the cuts are below this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_p50_mm: Option<f64>,
@@ -84,7 +86,7 @@ fn direction(line: &InkStroke, end: &InkPoint) -> Vector3<f64> {
 }
 
 impl SeamMetrics {
-    /// Figures of seams; `None` where nothing was cut.
+    /// Figures of the seams found of so many cuts; `None` where nothing was cut.
     pub fn of(seams: &[Seam], cuts: usize) -> Option<Self> {
         if cuts == 0 {
             return None;
@@ -99,6 +101,7 @@ impl SeamMetrics {
         };
         Some(Self {
             cuts: seams.len(),
+            missing: cuts - seams.len(),
             step_p50_mm: quantile(0.5),
             step_p95_mm: quantile(0.95),
             step_max_mm: most(|s| s.step),
@@ -144,7 +147,7 @@ mod tests {
         let found = seams(&trace, &[[id(0), id(1)], [id(1), id(2)], [id(2), id(9)]]);
         let m = SeamMetrics::of(&found, 3).unwrap();
         let near = |a: Option<f64>, b: f64| assert!((a.unwrap() - b).abs() < 1e-9, "{a:?} {b}");
-        assert_eq!(m.cuts, 2);
+        assert_eq!((m.cuts, m.missing), (2, 1));
         near(m.step_max_mm, 0.2);
         near(m.gap_mm, 0.8);
         near(m.overlap_mm, 2.0);

@@ -73,12 +73,9 @@ pub(super) fn drive(
     progress: &dyn Progress,
 ) -> Result<Option<Driving>, RunError> {
     let cell = Cell::load(&scenario.robot)?;
-    let drives = cell.arms.iter().any(|a| a.base.is_some());
-    match (drives, &scenario.coverage) {
-        (false, None) => return Ok(None),
-        (false, Some(_)) => return Err(RunError::NoBase { robot: cell.name }),
-        _ => {}
-    }
+    let Some(arm) = cell.arms.iter().find(|a| a.base.is_some()) else {
+        return scenario.coverage.as_ref().map_or(Ok(None), |_| Err(RunError::NoBase { robot: cell.name }));
+    };
     let apart = [
         (scenario.touch.is_some(), "`belief = \"touch\"`"),
         (scenario.scan.is_some(), "`belief = \"scan\"`"),
@@ -89,7 +86,7 @@ pub(super) fn drive(
         return Err(RunError::NotWhileDriving { what });
     }
     progress.stage("places to stand", None);
-    let found = cover::find(scenario, drawing, pens, &mut |probe, grid| probe.map(grid, &|_| ()), progress)?;
+    let found = cover::find(scenario, arm, drawing, pens, &mut |probe, grid| probe.map(grid, &|_| ()), progress)?;
     let (cut, strokes) = found.coverage.cut(drawing);
     *drawing = cut;
     Ok(Some(Driving { found, strokes }))

@@ -121,7 +121,7 @@ fn a_part_is_drawn_alone_and_says_so() {
 
 #[test]
 fn an_experiments_figures_are_a_runs() {
-    for name in ["grid_plane", "touched_cone", "tool_change"] {
+    for name in ["grid_plane", "scanned_column", "touched_cone", "tool_change"] {
         let whole = drawn(name);
         let alone = evaluate(&whole.scenario, &Cache::default(), &Silent).unwrap();
         assert_eq!(timeless(&alone), timeless(&whole.metrics), "{name}");

@@ -1,10 +1,10 @@
 //! The Cartesian impedance law at 1 kHz.
-use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, SMatrix, Vector3, Vector6};
 
 use crate::control::limits::TorqueLimits;
 use crate::control::{ImpedanceOptions, design_damping};
 use crate::math::rotation_vector;
-use crate::robot::{ArmModel, JointMatrix, JointVector, Kinematics};
+use crate::robot::{ArmModel, Jacobian, JointMatrix, JointVector, Kinematics, MAX_DOF};
 
 /// Steps between two designs of the damping matrix: it follows the slowly changing inertia of the hand.
 const DAMPING_PERIOD: u64 = 10;
@@ -116,13 +116,8 @@ impl ImpedanceController {
     pub fn is_singular(&self, q: &JointVector) -> bool {
         let k = self.model.kinematics(q);
         let (mass, _) = self.model.mass_and_bias(&k, &JointVector::zeros());
-        let solved = Solved::new(&mass, self.model.dof());
-        let jacobian = k.jacobian();
-        let mut x = jacobian.transpose();
-        for mut column in x.column_iter_mut() {
-            solved.solve(column.as_mut_slice());
-        }
-        (jacobian * x).cholesky().is_none_or(|c| {
+        let (_, lambda_inverse) = mobility(&mass, &k.jacobian(), self.model.dof());
+        lambda_inverse.cholesky().is_none_or(|c| {
             let l = c.l_dirty();
             (0..6).any(|i| l[(i, i)] * l[(i, i)] < SINGULAR)
         })
@@ -165,13 +160,7 @@ impl ImpedanceController {
             }
         }
 
-        // X = M^-1 J^T, Lambda^-1 = J X
-        let solved = Solved::new(&mass, n);
-        let mut x = jacobian.transpose();
-        for mut column in x.column_iter_mut() {
-            solved.solve(column.as_mut_slice());
-        }
-        let mut lambda_inverse = jacobian * x;
+        let (x, mut lambda_inverse) = mobility(&mass, &jacobian, n);
         // keeps Lambda finite where the arm is singular: no line is drawn there, and a travel through it goes joint by joint
         for i in 0..6 {
             lambda_inverse[(i, i)] += 1e-9;
@@ -226,6 +215,16 @@ impl ImpedanceController {
         }
         self.limits.hold(&self.model, tau, o.torque_rate, dt)
     }
+}
+
+/// `X = M^-1 J^T` and `Lambda^-1 = J X` of an arm of `n` joints.
+fn mobility(mass: &JointMatrix, jacobian: &Jacobian, n: usize) -> (SMatrix<f64, MAX_DOF, 6>, Matrix6<f64>) {
+    let solved = Solved::new(mass, n);
+    let mut x = jacobian.transpose();
+    for mut column in x.column_iter_mut() {
+        solved.solve(column.as_mut_slice());
+    }
+    (x, jacobian * x)
 }
 
 /// `R diag(k) R^T`.

@@ -2,8 +2,7 @@
 use nalgebra::{Matrix2, Matrix3, Matrix6, Point3, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use super::{ArmModel, BaseModel, BasePose, JointVector, Rocker, WHEELS};
-use crate::math::Pose;
+use super::{BaseModel, Rocker, WHEELS};
 
 /// Stiffness of a roller's bearing before it turns, N/m.
 const PRESLIDING: f64 = 2e5;
@@ -91,16 +90,6 @@ impl MountModel {
         Some(self.stiffness.cholesky()?.solve(change) * self.share)
     }
 
-    /// How the base's frame moves when its arm goes from one posture to another, as a pose in its frame before; `arm` is the arm on
-    /// this base.
-    pub fn sag(&self, base: &BaseModel, arm: &ArmModel, from: &JointVector, to: &JointVector) -> Option<Pose> {
-        let mut arm = arm.clone();
-        base.stand(&mut arm, &BasePose::default());
-        let weight = |q: &JointVector| arm.whole_momentum(&arm.kinematics(q), &JointVector::zeros()).weight();
-        let moved = self.give(&(weight(to) - weight(from)))?;
-        Some(Pose::new(moved.fixed_rows::<3>(0).into(), moved.fixed_rows::<3>(3).into()))
-    }
-
     /// Frequencies of base and arm as one rigid body on this spring, Hz, lowest first; `whole` is its inertia about the origin of the
     /// base's frame. Empty where the base would tip over.
     pub fn frequencies(&self, whole: &Matrix6<f64>) -> Vec<f64> {
@@ -137,7 +126,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::robot::Cell;
+    use crate::robot::{Cell, JointVector};
 
     #[test]
     fn stiffness_is_that_of_the_published_estimate() {

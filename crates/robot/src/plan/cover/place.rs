@@ -1,4 +1,6 @@
 //! A cover as a value: where to stand, and what to draw from there.
+use std::collections::BTreeMap;
+
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
@@ -143,31 +145,19 @@ impl Coverage {
 
     /// `drawing` cut into what is drawn in one go, and for each place its strokes of it. Strokes of a layer follow the places.
     pub fn cut(&self, drawing: &Drawing) -> (Drawing, Vec<Vec<StrokeRef>>) {
-        let mut layers: Vec<InkLayer> =
-            drawing.layers.iter().map(|l| InkLayer { strokes: Vec::new(), ..l.clone() }).collect();
-        let mut take = |piece: &Piece| {
-            let strokes = &mut layers[piece.layer].strokes;
-            strokes.push(piece.of(&drawing.layers[piece.layer].strokes[piece.stroke]));
-            StrokeRef { layer: piece.layer, stroke: strokes.len() - 1 }
-        };
-        let of_places = self.places.iter().map(|p| p.pieces.iter().map(&mut take).collect()).collect();
-        (Drawing { layers, order: Vec::new(), ..*drawing }, of_places)
+        let places = self.numbered().into_iter().map(|pieces| pieces.into_iter().map(|(_, r)| r).collect());
+        (drawn(drawing, self.places.iter().flat_map(|p| &p.pieces)), places.collect())
     }
 
     /// For each cut, by its number, the strokes of the cut drawing that end and begin at it.
     pub fn ends(&self) -> Vec<[StrokeRef; 2]> {
         let none = StrokeRef { layer: 0, stroke: usize::MAX };
         let mut ends = vec![[none; 2]; self.cuts.len()];
-        let mut counts = std::collections::BTreeMap::<usize, usize>::new();
-        for piece in self.places.iter().flat_map(|p| &p.pieces) {
-            let count = counts.entry(piece.layer).or_default();
-            let own = StrokeRef { layer: piece.layer, stroke: *count };
-            *count += 1;
-            if let Some(cut) = piece.cut_after {
-                ends[cut][0] = own;
-            }
-            if let Some(cut) = piece.cut_before {
-                ends[cut][1] = own;
+        for (piece, own) in self.numbered().into_iter().flatten() {
+            for (end, cut) in [piece.cut_after, piece.cut_before].into_iter().enumerate() {
+                if let Some(cut) = cut {
+                    ends[cut][end] = own;
+                }
             }
         }
         ends
@@ -175,11 +165,27 @@ impl Coverage {
 
     /// What of `drawing` is drawn from place `index`: the layers of the drawing, with its pieces as strokes in drawing order.
     pub fn part(&self, drawing: &Drawing, index: usize) -> Drawing {
-        let mut layers: Vec<InkLayer> =
-            drawing.layers.iter().map(|l| InkLayer { strokes: Vec::new(), ..l.clone() }).collect();
-        for piece in &self.places[index].pieces {
-            layers[piece.layer].strokes.push(piece.of(&drawing.layers[piece.layer].strokes[piece.stroke]));
-        }
-        Drawing { layers, order: Vec::new(), ..*drawing }
+        drawn(drawing, &self.places[index].pieces)
     }
+
+    /// The pieces of each place, with their strokes in the cut drawing.
+    fn numbered(&self) -> Vec<Vec<(Piece, StrokeRef)>> {
+        let mut counts = BTreeMap::<usize, usize>::new();
+        let mut number = |piece: &Piece| {
+            let count = counts.entry(piece.layer).or_default();
+            *count += 1;
+            (*piece, StrokeRef { layer: piece.layer, stroke: *count - 1 })
+        };
+        self.places.iter().map(|p| p.pieces.iter().map(&mut number).collect()).collect()
+    }
+}
+
+/// The layers of a drawing with these pieces of it as strokes.
+fn drawn<'a>(drawing: &Drawing, pieces: impl IntoIterator<Item = &'a Piece>) -> Drawing {
+    let mut layers: Vec<InkLayer> =
+        drawing.layers.iter().map(|l| InkLayer { strokes: Vec::new(), ..l.clone() }).collect();
+    for piece in pieces {
+        layers[piece.layer].strokes.push(piece.of(&drawing.layers[piece.layer].strokes[piece.stroke]));
+    }
+    Drawing { layers, order: Vec::new(), ..*drawing }
 }

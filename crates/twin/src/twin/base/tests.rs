@@ -9,6 +9,7 @@ use crate::control::{
     DriveOptions, DrivePath, ImpedanceOptions, LawOptions, PositionController, PositionOptions, Reference,
 };
 use crate::pen::{LayerPen, PenModel};
+use crate::plan::SagModel;
 use crate::robot::{Arm, BaseModel, BasePose, Cell, GRAVITY, JointVector, Mecanum, MountModel, Odometry, Twist};
 use crate::surface::{Projection, Scene};
 use crate::truth::TrueCanvas;
@@ -305,9 +306,7 @@ fn a_base_sags_as_its_springs_foretell() {
     let mut to = arm.home;
     to[0] = 1.2;
     to[1] += 0.3;
-    let whole = arm.model.whole_momentum(&arm.model.kinematics(&arm.home), &JointVector::zeros()).whole;
-    let mount = MountModel::new(&base, &whole);
-    let expected = mount.sag(&base, &arm.model, &arm.home, &to).expect("stands");
+    let expected = SagModel::new(&base, &arm.model, &arm.home, 1.0, None).sag(&to).expect("stands");
     for kind in PLANTS {
         let mut held = Held::new(&arm, &base, arm.home, 30.0, kind);
         let steps = 3000;
