@@ -1,17 +1,20 @@
 //! What is done so far, on disk: a killed run goes on from there.
 //!
-//! Each arm has two files: `arm0.log`, to which what happened is appended, and `arm0.state`, which is replaced as a whole and says how
-//! much of the log belongs to it. `run.key` says which run it is.
+//! Each arm has three files or four: `arm0.log`, to which what happened is appended; `arm0.state`, which is replaced as a whole and says
+//! how much of the log belongs to it; and `arm0.task.0` or `.1`, the task that was under way, which is written once, as a line of a
+//! hundred metres is too long to be written with every state. `run.key` says which run it is.
 use std::fs::{self, File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
-/// Least time between two states that are kept, s: well below what a user would mind to lose.
-const PERIOD: Duration = Duration::from_millis(2500);
+/// Least and most time between two states that are kept: well below what a user would mind to lose.
+const PERIOD: [Duration; 2] = [Duration::from_millis(2500), Duration::from_secs(8)];
+/// Keeping takes no more than one part in so many of the time.
+const SHARE: u32 = 25;
 
 /// Why a journal can't be kept or read.
 #[derive(Debug, thiserror::Error)]
@@ -56,7 +59,7 @@ pub enum JournalError {
 #[derive(Clone, Debug)]
 pub struct Journal {
     folder: PathBuf,
-    period: Duration,
+    period: [Duration; 2],
     /// The folders around it that were made for it, the innermost first.
     made: Vec<PathBuf>,
 }
@@ -100,7 +103,7 @@ impl Journal {
     /// The same with another time between two states that are kept.
     #[must_use]
     pub fn keeping_every(self, period: Duration) -> Self {
-        Self { period, ..self }
+        Self { period: [period; 2], ..self }
     }
 
     /// Removes all of it and the folders that were made for it: nothing was done that is worth to be kept.
@@ -150,7 +153,7 @@ impl Journal {
 
     /// The pages of one arm.
     pub fn arm(&self, arm: usize) -> ArmJournal<'_> {
-        ArmJournal { journal: self, arm, last: Instant::now() }
+        ArmJournal { journal: self, arm, last: Instant::now(), took: Duration::ZERO, task: None }
     }
 
     fn bytes<T: Serialize>(&self, name: &str, value: &T) -> Result<Vec<u8>, JournalError> {
@@ -175,15 +178,35 @@ pub struct ArmJournal<'a> {
     journal: &'a Journal,
     arm: usize,
     last: Instant,
+    /// Time that the last writing took.
+    took: Duration,
+    /// The task that is written, by its number, and in which of the two files.
+    task: Option<TaskPage>,
 }
 
-/// A state, and each piece that was logged until then with the length of the log after it, bytes.
-pub type Kept<S, L> = (S, Vec<(L, u64)>);
+/// Where a task is written: there are two files in turn, so that the one that the kept state means is never replaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct TaskPage {
+    number: u64,
+    file: u8,
+}
+
+/// A state to be kept, and the task under way in it.
+pub struct Kept<S, T> {
+    /// All that changes but for the task.
+    pub state: S,
+    /// The task under way with its number, which no other task of the arm has.
+    pub task: Option<(u64, T)>,
+}
+
+/// A state that was kept, and each piece that was logged until then with the length of the log after it, bytes.
+pub type Pages<S, T, L> = (Kept<S, T>, Vec<(L, u64)>);
 
 impl ArmJournal<'_> {
     /// Whether it is time to keep a state again.
     pub fn is_due(&self) -> bool {
-        self.last.elapsed() >= self.journal.period
+        let [least, most] = self.journal.period;
+        self.last.elapsed() >= (self.took * SHARE).clamp(least, most)
     }
 
     /// The state that was kept last, and all that was written with it and before: each piece and the length of the log after it, in bytes.
@@ -191,8 +214,14 @@ impl ArmJournal<'_> {
     ///
     /// # Errors
     /// The files are something else.
-    pub fn read<S: DeserializeOwned, L: DeserializeOwned>(&mut self) -> Result<Option<Kept<S, L>>, JournalError> {
-        let Some((length, state)) = self.journal.kept::<(u64, S)>(&self.name("state"))? else { return Ok(None) };
+    pub fn read<S, T, L>(&mut self) -> Result<Option<Pages<S, T, L>>, JournalError>
+    where
+        S: DeserializeOwned,
+        T: DeserializeOwned,
+        L: DeserializeOwned,
+    {
+        type Page<S> = (u64, Option<TaskPage>, S);
+        let Some((length, page, state)) = self.journal.kept::<Page<S>>(&self.name("state"))? else { return Ok(None) };
         let file = self.journal.folder.join(self.name("log"));
         let bytes = fs::read(&file).map_err(|source| JournalError::File { file: file.clone(), source })?;
         let content = |source| JournalError::Content { file: file.clone(), source };
@@ -204,7 +233,19 @@ impl ArmJournal<'_> {
             rest = after;
             pieces.push((piece, length - rest.len() as u64));
         }
-        Ok(Some((state, pieces)))
+        let task = page.map(|p| Ok((p.number, self.read_task(p)?))).transpose()?;
+        self.task = page;
+        Ok(Some((Kept { state, task }, pieces)))
+    }
+
+    fn read_task<T: DeserializeOwned>(&self, page: TaskPage) -> Result<T, JournalError> {
+        let name = self.task_name(page);
+        let file = self.journal.folder.join(&name);
+        let other = |source| JournalError::Content { file: file.clone(), source };
+        match self.journal.kept::<(u64, T)>(&name)? {
+            Some((number, task)) if number == page.number => Ok(task),
+            _ => Err(other(postcard::Error::DeserializeUnexpectedEnd)),
+        }
     }
 
     /// Appends pieces to the log after its first `from` bytes, and keeps the state after them. The length of the log then, in bytes,
@@ -212,12 +253,13 @@ impl ArmJournal<'_> {
     ///
     /// # Errors
     /// The files can't be written.
-    pub fn write<S: Serialize, L: Serialize>(
+    pub fn write<S: Serialize, T: Serialize, L: Serialize>(
         &mut self,
         from: u64,
         pieces: &[L],
-        state: &S,
+        kept: &Kept<S, T>,
     ) -> Result<Vec<u64>, JournalError> {
+        let began = Instant::now();
         let name = self.name("log");
         let (mut bytes, mut ends) = (Vec::new(), Vec::new());
         for piece in pieces {
@@ -234,12 +276,75 @@ impl ArmJournal<'_> {
         };
         append().map_err(|source| JournalError::File { file: file.clone(), source })?;
         let length = from + bytes.len() as u64;
-        self.journal.keep(&self.name("state"), &(length, state))?;
-        self.last = Instant::now();
+        let page = kept.task.as_ref().map(|(number, task)| self.write_task(*number, task)).transpose()?;
+        self.journal.keep(&self.name("state"), &(length, page, &kept.state))?;
+        self.task = page.or(self.task);
+        (self.last, self.took) = (Instant::now(), began.elapsed());
         Ok(ends)
+    }
+
+    /// Writes a task unless it is written.
+    fn write_task<T: Serialize>(&self, number: u64, task: &T) -> Result<TaskPage, JournalError> {
+        if let Some(page) = self.task.filter(|p| p.number == number) {
+            return Ok(page);
+        }
+        let page = TaskPage { number, file: self.task.map_or(0, |p| 1 - p.file) };
+        self.journal.keep(&self.task_name(page), &(number, task))?;
+        Ok(page)
+    }
+
+    fn task_name(&self, page: TaskPage) -> String {
+        self.name(&format!("task.{}", page.file))
     }
 
     fn name(&self, of: &str) -> String {
         format!("arm{}.{of}", self.arm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type State = (u32, String);
+
+    #[test]
+    fn what_is_kept_is_read_and_a_long_task_is_written_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let journal = Journal::begin(&folder.path().join("journal"), "a: 1").unwrap();
+        let mut pages = journal.arm(0);
+        let task = |n: u64| Some((n, vec![n as f64; 1000]));
+        let state = |n: u32| (n, "state".to_string());
+        let mut from = 0;
+        for (n, of) in [(1, 1), (2, 1), (3, 2), (4, 5), (5, 7)] {
+            let written =
+                |file: &str| folder.path().join("journal").join(file).metadata().and_then(|m| m.modified()).ok();
+            let before = [written("arm0.task.0"), written("arm0.task.1")];
+            from = *pages.write(from, &[n], &Kept { state: state(n), task: task(of) }).unwrap().last().unwrap();
+            let after = [written("arm0.task.0"), written("arm0.task.1")];
+            if n == 2 {
+                assert_eq!(before, after);
+            }
+            // a program that begins anew finds all of it
+            let (kept, pieces) = journal.arm(0).read::<State, Vec<f64>, u32>().unwrap().unwrap();
+            assert_eq!((kept.state, kept.task), (state(n), task(of)));
+            assert_eq!(pieces.iter().map(|p| p.0).collect::<Vec<_>>(), (1..=n).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_task_that_was_begun_and_never_kept_is_no_part_of_what_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let journal = Journal::begin(&folder.path().join("journal"), "a: 1").unwrap();
+        let mut pages = journal.arm(0);
+        for n in 1..4 {
+            pages.write(0, &[0], &Kept { state: (n, String::new()), task: Some((u64::from(n), n)) }).unwrap();
+            // killed after the next task was written and before the state that means it
+            let mut killed = journal.arm(0);
+            killed.read::<State, u32, u32>().unwrap();
+            killed.write_task(100, &9).unwrap();
+            let (kept, _) = journal.arm(0).read::<State, u32, u32>().unwrap().unwrap();
+            assert_eq!(kept.task, Some((u64::from(n), n)));
+        }
     }
 }

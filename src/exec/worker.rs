@@ -1,7 +1,7 @@
 //! One arm at work: it carries out its policy's tasks, one after another, in its simulation.
 use serde::{Deserialize, Serialize};
 
-use super::journal::ArmJournal;
+use super::journal::{ArmJournal, Kept};
 use super::{Chunk, ExecError, Flow, Journal, Listener, Made, News, Turns, Visit};
 use crate::mesh::TriMesh;
 use crate::plan::{MotionSample, Segment, SegmentKind, Trajectory};
@@ -22,16 +22,18 @@ pub struct Worker<P> {
     /// What a pen that is lost may fall on, world.
     ground: Vec<TriMesh>,
     state: WorkerState,
+    /// The task under way, or to begin: it may be much larger than the state, and never changes.
+    task: Option<Task>,
     chunks: Vec<Chunk>,
     /// Bytes of the journal's log after each chunk that is written.
     written: Vec<u64>,
 }
 
-/// All of a worker that changes, but for its simulation and its policy.
+/// All of a worker that changes, but for its task, its simulation and its policy.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct WorkerState {
-    /// The task under way, or to begin.
-    task: Option<Task>,
+    /// How many tasks there were, with the one under way.
+    tasks: u64,
     began: u64,
     /// The visit to the canvas under way.
     visit: Option<usize>,
@@ -121,7 +123,7 @@ impl<P: Policy> Worker<P> {
     /// An arm that begins; `ground` is what a pen that it loses may fall on, world.
     pub fn new(simulation: Simulation, policy: P, holding: Holding, ground: Vec<TriMesh>) -> Self {
         let state = WorkerState::default();
-        Self { simulation, policy, holding, ground, state, chunks: Vec::new(), written: Vec::new() }
+        Self { simulation, policy, holding, ground, state, task: None, chunks: Vec::new(), written: Vec::new() }
     }
 
     /// Goes on from what a journal has kept of this arm, if it has anything.
@@ -130,9 +132,11 @@ impl<P: Policy> Worker<P> {
     /// The journal can't be read.
     pub fn resume(&mut self, journal: &Journal) -> Result<(), ExecError> {
         let mut pages = journal.arm(self.simulation.index());
-        let Some((saved, pieces)) = pages.read::<Saved, Chunk>()? else { return Ok(()) };
+        let Some((Kept { state: saved, task }, pieces)) = pages.read::<Saved, Task, Chunk>()? else { return Ok(()) };
         (self.chunks, self.written) = pieces.into_iter().unzip();
-        self.restore(saved)
+        self.restore(saved)?;
+        self.task = task.map(|(_, task)| task);
+        Ok(())
     }
 
     /// Tells which visits have ended before a run goes on.
@@ -156,7 +160,7 @@ impl<P: Policy> Worker<P> {
     fn restore(&mut self, saved: Saved) -> Result<(), ExecError> {
         self.simulation.restore(saved.simulation);
         self.policy.restore(&saved.policy)?;
-        self.state = saved.worker;
+        (self.state, self.task) = (saved.worker, None);
         self.chunks.truncate(saved.chunks);
         self.written.truncate(saved.chunks);
         Ok(())
@@ -199,7 +203,7 @@ impl<P: Policy> Worker<P> {
         listener: &dyn Listener,
         pages: &mut Option<ArmJournal>,
     ) -> Result<End, ExecError> {
-        let mut safe = self.state.task.is_none();
+        let mut safe = self.task.is_none();
         loop {
             if self.state.stop.is_some() {
                 return Ok(End::Done);
@@ -207,17 +211,18 @@ impl<P: Policy> Worker<P> {
             if turns.is_stopping() && safe {
                 return Ok(End::Interrupted);
             }
-            let task = match self.state.task.take() {
+            let task = match self.task.take() {
                 Some(task) => task,
-                None => match self.policy.next()? {
+                None => match self.next()? {
                     Some(task) => task,
+                    None if self.state.stop.is_some() => continue,
                     None => {
                         self.leave_visit(turns);
                         return Ok(End::Done);
                     }
                 },
             };
-            self.state.task = Some(task.clone());
+            self.task = Some(task.clone());
             if !self.enter_visit(task.visit(), turns) {
                 return Ok(if turns.is_stopping() { End::Interrupted } else { End::CalledOff });
             }
@@ -243,6 +248,21 @@ impl<P: Policy> Worker<P> {
             if pages.as_ref().is_some_and(ArmJournal::is_due) {
                 self.keep(pages)?;
             }
+        }
+    }
+
+    /// The next task. What was drawn before a policy finds that it can't go on isn't thrown away: the arm stops there.
+    fn next(&mut self) -> Result<Option<Task>, ExecError> {
+        match self.policy.next() {
+            Ok(task) => {
+                self.state.tasks += u64::from(task.is_some());
+                Ok(task)
+            }
+            Err(why) if self.chunks.iter().any(|c| !c.log.ink.is_empty()) => {
+                self.give_up(TaskFailure::NoPlan { why: why.to_string() })?;
+                Ok(None)
+            }
+            Err(why) => Err(why.into()),
         }
     }
 
@@ -276,7 +296,7 @@ impl<P: Policy> Worker<P> {
                 None => return Ok(true),
             },
         };
-        self.state.task = None;
+        self.task = None;
         let log = self.simulation.take_log();
         hear(&News::Ended(task, &outcome, &log), &self.simulation);
         let made = self.made(task, &outcome, before);
@@ -483,7 +503,8 @@ impl<P: Policy> Worker<P> {
     fn keep(&mut self, pages: &mut Option<ArmJournal>) -> Result<(), ExecError> {
         let Some(pages) = pages else { return Ok(()) };
         let from = self.written.last().copied().unwrap_or(0);
-        let ends = pages.write(from, &self.chunks[self.written.len()..], &self.save())?;
+        let task = self.task.as_ref().map(|t| (self.state.tasks, t));
+        let ends = pages.write(from, &self.chunks[self.written.len()..], &Kept { state: self.save(), task })?;
         self.written.extend(ends);
         Ok(())
     }

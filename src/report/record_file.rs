@@ -7,8 +7,9 @@ use mcap::{McapError, WriteOptions, Writer};
 use serde::Serialize;
 use serde_json::json;
 
+use crate::math::Pose;
 use crate::plan::SegmentKind;
-use crate::twin::{ArmSample, Event, EventKind, Record};
+use crate::twin::{ArmSample, BaseSample, BaseStand, Event, EventKind, Record};
 
 /// Why a record can't be written.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +45,23 @@ struct Pen {
 }
 
 #[derive(Serialize)]
+struct Base {
+    time: f64,
+    driving: bool,
+    position: [f64; 3],
+    orientation: [f64; 4],
+}
+
+#[derive(Serialize)]
+struct Stand {
+    time: f64,
+    position: [f64; 3],
+    orientation: [f64; 4],
+    believed_position: [f64; 3],
+    believed_orientation: [f64; 4],
+}
+
+#[derive(Serialize)]
 struct Happened<'a> {
     time: f64,
     arm: usize,
@@ -59,13 +77,16 @@ struct Happened<'a> {
 /// Something with a time on a channel.
 enum Message<'a> {
     Sample(usize, &'a ArmSample),
+    Base(usize, &'a BaseSample),
+    Stand(usize, &'a BaseStand),
     Event(&'a Event),
 }
 
 /// Writes the samples and events of a record in the order of their simulated time, which is the log time (ns).
 ///
 /// Channels, in JSON: `/arm0/joints` (positions, rad; speeds, rad/s; acting torques, N m), `/arm0/pen` (tip and desired tip, m,
-/// world; force of the canvas on the pen, N, world; normal force, N), the same for each further arm, and `/events`.
+/// world; force of the canvas on the pen, N, world; normal force, N), the same for each further arm, and `/events`. Of an arm on a base,
+/// `/arm0/base` (position, m, and orientation, quaternion x y z w, world) and `/arm0/stands` (where it came to believe that it stands).
 pub fn write_record<W: Write + Seek>(record: &Record, to: W) -> Result<(), RecordFileError> {
     let options =
         WriteOptions::new().compression(None).library(concat!("calamus ", env!("CARGO_PKG_VERSION"))).profile("");
@@ -97,19 +118,33 @@ pub fn write_record<W: Write + Seek>(record: &Record, to: W) -> Result<(), Recor
             ("ink", json!({ "type": "string" })),
         ],
     )?;
+    let base = [("driving", json!({ "type": "boolean" })), ("position", numbers()), ("orientation", numbers())];
+    let pose = ["position", "orientation", "believed_position", "believed_orientation"].map(|name| (name, numbers()));
     let mut channels = Vec::new();
     for (i, arm) in record.arms.iter().enumerate() {
         let metadata: BTreeMap<String, String> =
             [("arm".to_string(), arm.name.clone()), ("joints".to_string(), arm.joints.join(","))].into();
         let joints = writer.add_channel(joints, &format!("/arm{i}/joints"), "json", &metadata)?;
         let pen = writer.add_channel(pen, &format!("/arm{i}/pen"), "json", &BTreeMap::new())?;
-        channels.push((joints, pen));
+        let on_base = if arm.base.is_empty() {
+            None
+        } else {
+            let (base, stand) =
+                (schema(&mut writer, "calamus.Base", &base)?, schema(&mut writer, "calamus.Stand", &pose)?);
+            let base = writer.add_channel(base, &format!("/arm{i}/base"), "json", &BTreeMap::new())?;
+            Some((base, writer.add_channel(stand, &format!("/arm{i}/stands"), "json", &BTreeMap::new())?))
+        };
+        channels.push((joints, pen, on_base));
     }
     let events = writer.add_channel(event, "/events", "json", &BTreeMap::new())?;
 
     let mut messages: Vec<(u64, Message)> = Vec::new();
     for (i, arm) in record.arms.iter().enumerate() {
         messages.extend(arm.samples.iter().map(|s| (nanoseconds(s.time), Message::Sample(i, s))));
+        messages.extend(arm.base.iter().map(|s| (nanoseconds(s.time), Message::Base(i, s))));
+        if !arm.base.is_empty() {
+            messages.extend(arm.stands.iter().map(|s| (nanoseconds(s.time), Message::Stand(i, s))));
+        }
     }
     messages.extend(record.events.iter().map(|e| (nanoseconds(e.time), Message::Event(e))));
     messages.sort_by_key(|(time, _)| *time);
@@ -122,7 +157,7 @@ pub fn write_record<W: Write + Seek>(record: &Record, to: W) -> Result<(), Recor
     for (time, message) in &messages {
         match message {
             Message::Sample(arm, s) => {
-                let (joints, pen) = channels[*arm];
+                let (joints, pen, _) = channels[*arm];
                 let data = Joints { time: s.time, position: &s.q, velocity: &s.qd, torque: s.torque.as_deref() };
                 send(joints, *time, &serde_json::to_vec(&data)?)?;
                 let data = Pen {
@@ -135,11 +170,31 @@ pub fn write_record<W: Write + Seek>(record: &Record, to: W) -> Result<(), Recor
                 };
                 send(pen, *time, &serde_json::to_vec(&data)?)?;
             }
+            Message::Base(arm, s) => {
+                let (position, orientation) = parts(&s.pose);
+                let data = Base { time: s.time, driving: s.driving, position, orientation };
+                if let Some((base, _)) = channels[*arm].2 {
+                    send(base, *time, &serde_json::to_vec(&data)?)?;
+                }
+            }
+            Message::Stand(arm, s) => {
+                let (position, orientation) = parts(&s.pose);
+                let (believed_position, believed_orientation) = parts(&s.believed);
+                let data = Stand { time: s.time, position, orientation, believed_position, believed_orientation };
+                if let Some((_, stands)) = channels[*arm].2 {
+                    send(stands, *time, &serde_json::to_vec(&data)?)?;
+                }
+            }
             Message::Event(e) => send(events, *time, &serde_json::to_vec(&happened(e)?)?)?,
         }
     }
     writer.finish()?;
     Ok(())
+}
+
+/// Position (m) and orientation (quaternion x y z w).
+fn parts(pose: &Pose) -> ([f64; 3], [f64; 4]) {
+    (pose.translation.vector.into(), pose.rotation.coords.into())
 }
 
 /// An event in the flat form of its channel.
@@ -210,6 +265,25 @@ mod tests {
         let value: serde_json::Value = serde_json::from_slice(&pen.data).unwrap();
         assert_eq!(value["normal_force"].as_f64(), record.arms[0].samples[7].normal_force);
         assert_eq!(pen.log_time, (record.arms[0].samples[7].time * 1e9).round() as u64);
+    }
+
+    #[test]
+    fn where_a_base_stands_and_believes_to_is_read_back() {
+        let mut record = record();
+        let pose = |x: f64| Pose::new([x, 0.5, 0.1].into(), [0.0, 0.0, 1.0].into());
+        let base = |time: f64| BaseSample { time, segment: SegmentKind::Wait, driving: time < 0.15, pose: pose(time) };
+        record.arms[0].base = vec![base(0.1), base(0.2)];
+        record.arms[0].stands = vec![BaseStand { time: 0.2, pose: pose(0.2), believed: pose(0.21) }];
+        let file = bytes(&record);
+        let of = |topic: &str| -> Vec<serde_json::Value> {
+            let all = mcap::MessageStream::new(&file).unwrap().map(|m| m.unwrap());
+            all.filter(|m| m.channel.topic == topic).map(|m| serde_json::from_slice(&m.data).unwrap()).collect()
+        };
+        let (base, stands) = (of("/arm0/base"), of("/arm0/stands"));
+        assert_eq!(base.iter().map(|b| b["driving"].as_bool().unwrap()).collect::<Vec<_>>(), [true, false]);
+        assert_eq!(base[1]["position"], json!([0.2, 0.5, 0.1]));
+        assert_eq!(base[1]["orientation"][3], json!((0.5f64).cos()));
+        assert_eq!((stands.len(), &stands[0]["believed_position"][0]), (1, &json!(0.21)));
     }
 
     #[test]

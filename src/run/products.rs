@@ -89,7 +89,7 @@ impl Sheet {
     /// Writes the lines, the preview, and the pictures of the way there.
     pub(super) fn write(&self, prepared: &Prepared, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
         let svg = svg_write::write(&prepared.drawing);
-        written.other(out.write("desired.svg", svg.as_bytes())?, "The lines as desired, in mm");
+        written.other(out.write("wished.svg", svg.as_bytes())?, "The lines as desired, in mm");
         let png = self.preview.to_png(Some(self.px_per_mm))?;
         written.picture(out.write("preview.png", &png)?, "The lines as desired, at the pen's width: no robot");
         for plate in &prepared.made.plates {

@@ -233,7 +233,7 @@ fn a_drawing_file_draws_to_an_svg() {
     let desk = Desk::new(&[("a.svg", SVG)]);
     let told = desk.does(&["draw", "a.svg", "--set", "drawing.width_mm=80", "--out", "here"]);
     assert!(told.contains("1 stroke"), "{told}");
-    assert!(desk.folder.path().join("here/desired.svg").exists());
+    assert!(desk.folder.path().join("here/wished.svg").exists());
 }
 
 #[test]

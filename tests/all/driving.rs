@@ -46,6 +46,22 @@ fn a_base_that_knows_its_place_badly_draws_there_and_the_figures_say_so() {
 }
 
 #[test]
+fn what_was_drawn_before_a_place_that_cant_be_planned_is_kept_and_the_failure_told() {
+    let folder = tempfile::tempdir().unwrap();
+    // the second place is too far from the wall, and nobody looked
+    let far = SEAMS.replace("[2150, -200, 0]]", "[1750, -200, 0]]\nverify = false");
+    std::fs::write(folder.path().join("s.toml"), far).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_calamus"));
+    let out = command.args(["run", "s.toml", "-q", "--out", "o"]).current_dir(folder.path()).output().unwrap();
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{told}");
+    assert!(told.contains("can't go on") && told.contains("out of reach by"), "{told}");
+    let text = std::fs::read_to_string(folder.path().join("o/metrics.json")).unwrap();
+    let line = serde_json::from_str::<Metrics>(&text).unwrap().line.unwrap();
+    assert!(line.coverage > Some(0.3) && line.coverage < Some(0.7), "{line:?}");
+}
+
+#[test]
 fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.toml"), SEAMS).unwrap();

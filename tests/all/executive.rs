@@ -44,7 +44,7 @@ fn timeless(metrics: &Metrics) -> serde_json::Value {
 
 /// The files of a run that don't depend on the clock, but for metrics.json, whose figures are compared apart from times.
 fn products(folder: &Path) -> (BTreeMap<String, Vec<u8>>, serde_json::Value) {
-    let names = ["drawing.png", "drawing.svg", "plan.json", "record.mcap", "desired.svg", "tools.csv", "belief.csv"];
+    let names = ["drawing.png", "drawing.svg", "plan.json", "record.mcap", "wished.svg", "tools.csv", "belief.csv"];
     let files = names.iter().filter_map(|n| Some(((*n).to_string(), std::fs::read(folder.join(n)).ok()?)));
     let metrics: Metrics = serde_json::from_slice(&std::fs::read(folder.join("metrics.json")).unwrap()).unwrap();
     (files.collect(), timeless(&metrics))

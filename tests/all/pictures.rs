@@ -61,7 +61,7 @@ fn strokes_are_the_same_at_one_and_two_threads_and_previews_show_the_picture() {
                 let ssim = m.value("image.preview_ssim").unwrap();
                 assert!(ssim > 0.15, "{style}: likeness {ssim}");
                 assert!(folder.path().join("preview.png").exists());
-                std::fs::read_to_string(folder.path().join("desired.svg")).unwrap()
+                std::fs::read_to_string(folder.path().join("wished.svg")).unwrap()
             })
             .collect();
         assert!(svgs[0] == svgs[1], "{style}");

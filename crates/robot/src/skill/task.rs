@@ -94,6 +94,12 @@ pub enum TaskFailure {
     /// The base's wheels never told that it had come to a stop of its path.
     #[error("the base didn't come to where it was to drive")]
     NotArrived,
+    /// There is no plan for what comes next, after part of the drawing was drawn.
+    #[error("can't go on: {why}")]
+    NoPlan {
+        /// What is in the way.
+        why: String,
+    },
     /// A tool change was given up.
     #[error("gave up {doing}{}", last.as_ref().map_or_else(String::new, |w| format!(": {w}")))]
     ChangeGivenUp {
