@@ -71,7 +71,7 @@ fn strokes_are_the_same_at_one_and_two_threads_and_previews_show_the_picture() {
 #[test]
 fn ordered_by_ink_the_pen_changes_far_less_and_the_picture_stays() {
     for style in ["painterly", "layered_depth"] {
-        let strokes = format!("drawing.{style}.strokes=400");
+        let strokes = format!("drawing.{style}.strokes=250");
         let with = |order: &str| {
             let folder = tempfile::tempdir().unwrap();
             let sets = [
@@ -83,11 +83,11 @@ fn ordered_by_ink_the_pen_changes_far_less_and_the_picture_stays() {
             ];
             let m = drawn(&art("pasture.png"), &sets, folder.path()).unwrap().metrics;
             let d = m.drawing.clone().unwrap();
-            assert!(d.inks == 4 && d.strokes <= 400 && d.strokes > 130, "{style}: {d:?}");
+            assert!(d.inks == 4 && d.strokes <= 250 && d.strokes > 80, "{style}: {d:?}");
             (d.ink_changes, m.value("image.preview_ssim").unwrap())
         };
         let (made, by_ink, few) = (with("as_made"), with("by_ink"), with("fewest_changes"));
-        assert!(made.0 >= 40, "{style}: {} changes in the artist's order", made.0);
+        assert!(made.0 >= 30, "{style}: {} changes in the artist's order", made.0);
         assert!(by_ink.0 == 3 && few.0 < made.0 / 4, "{style}: {made:?} {by_ink:?} {few:?}");
         assert!((made.1 - by_ink.1).abs() < 0.01 && (made.1 - few.1).abs() < 0.01, "{style}: {made:?} {by_ink:?}");
     }

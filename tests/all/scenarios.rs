@@ -74,6 +74,8 @@ fn part(name: &str) -> Option<Part> {
         "first_light" => "strokes=275-325",
         "scanned_tools" => "inks=Green,Red",
         "touched_bucket" => "strokes=1-25",
+        // one of each arm
+        "cmyk_tsp" => "inks=cyan,black",
         _ => return None,
     };
     Some(part.parse().unwrap())
