@@ -2,7 +2,7 @@
 CARGO ?= cargo
 SCENARIO ?= scenarios/first_light.toml
 
-.PHONY: draw test lint fmt bench experiments clean driver
+.PHONY: draw test lint fmt guide bench experiments clean driver
 
 draw: driver
 	$(CARGO) run --release --quiet -- run $(SCENARIO)
@@ -19,6 +19,10 @@ lint:
 
 fmt:
 	$(CARGO) fmt
+
+# The tables of GUIDE.md, from the fields of scenarios, experiments and metrics.json.
+guide:
+	$(CARGO) run --quiet --example guide
 
 bench:
 	$(CARGO) bench

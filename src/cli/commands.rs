@@ -149,7 +149,7 @@ fn check(file: &Path, sets: &[Override]) -> Result<Ending, CommandError> {
 }
 
 fn schema() -> Result<Ending, CommandError> {
-    let text = serde_json::to_string_pretty(&ScenarioFile::schema())?;
+    let text = serde_json::to_string_pretty(ScenarioFile::schema())?;
     Printer::new().text(&(text + "\n"))?;
     Ok(Ending::Done)
 }

@@ -18,33 +18,39 @@ pub struct ExperimentFile {
     /// Seed of every random number of every trial.
     #[serde(default = "ExperimentFile::default_seed")]
     pub seed: u64,
-    /// The scenario that every trial starts from: a path relative to this file, or a scenario's name.
+    /// The scenario that every trial starts from: a path relative to this file, or a scenario's name. Its `[accept]`
+    /// and pictures are left out.
     pub scenario: String,
     /// Trials of each case at each point of the grid.
     #[serde(default = "ExperimentFile::default_trials")]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub trials: u64,
-    /// Values of the scenario that are changed for all trials: dotted keys as for `--set`. A number, wherever it stands, may
-    /// be drawn for each trial.
+    /// Values of the scenario that are changed for all trials: dotted keys as for `--set`. Any number in them, also
+    /// one in a list, may be a distribution: `[1500, 1500, { uniform = [100, 700] }]`.
     #[serde(default)]
     pub set: BTreeMap<String, Value>,
-    /// Values of the scenario that vary: a list or a range `{ from, to, steps }` is an axis of the grid, a distribution is drawn
-    /// for each trial.
+    /// Values of the scenario that vary: a list or a range `{ from, to, steps }` is an axis of the grid, whole values
+    /// as `--set` takes them; a distribution is drawn for each trial. Lists that differ in one number are an axis of
+    /// that number.
     #[serde(default)]
     pub vary: BTreeMap<String, Value>,
     /// Groups of changes that are compared.
     #[serde(default, rename = "case")]
     pub cases: Vec<CaseFile>,
-    /// Shares of the trials that meet a condition such as `line.coverage >= 0.99`, by name.
+    /// Shares of the trials that meet a condition, by name: a figure, `>=`, `<=`, `>` or `<`, and a number, as
+    /// `line.coverage >= 0.99`. A trial that failed meets none. `rate.success` is there always: the share that could
+    /// be done.
     #[serde(default)]
     pub rate: BTreeMap<String, String>,
-    /// Bounds that results must keep, by figure or `rate.NAME`: one, or a list of them.
+    /// Bounds that results must keep, by figure or `rate.NAME`: one, or a list of them. Exit code 1 when one is
+    /// missed.
     #[serde(default)]
-    #[schemars(with = "BTreeMap<String, AcceptFile>")]
+    #[schemars(with = "BTreeMap<String, AcceptForm>")]
     pub accept: BTreeMap<String, Value>,
-    /// Plots.
+    /// A plot, as SVG and PNG.
     #[serde(default, rename = "plot")]
     pub plots: Vec<PlotFile>,
-    /// Trials that are shown with pictures.
+    /// Trials that are run again with pictures, into `worst/trial-K`.
     pub worst: Option<WorstFile>,
 }
 
@@ -54,6 +60,11 @@ impl ExperimentFile {
     }
     fn default_trials() -> u64 {
         20
+    }
+
+    /// The JSON schema of experiment files: where the ranges of all numbers come from.
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(ExperimentFile).to_value()
     }
 }
 
@@ -94,6 +105,15 @@ pub struct AcceptFile {
     pub max: Option<f64>,
 }
 
+/// The forms of an entry of `[accept]`, for the schema.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code)]
+enum AcceptForm {
+    One(AcceptFile),
+    Several(Vec<AcceptFile>),
+}
+
 /// What a plot shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -114,14 +134,15 @@ pub struct PlotFile {
     pub kind: PlotKind,
     /// Which figure, or `rate.NAME`.
     pub metric: String,
-    /// The axis of a curve, or a heatmap's across.
+    /// The axis of a curve, or a heatmap's across. What isn't on an axis of the plot is averaged over.
     pub axis: Option<String>,
     /// A heatmap's axis upwards.
     pub axis_y: Option<String>,
     /// A curve's axis is logarithmic.
     #[serde(default)]
     pub log: bool,
-    /// Bars of a histogram.
+    /// Bars of a histogram; 24 when absent.
+    #[schemars(range(min = 2, max = 200))]
     pub bins: Option<u32>,
     /// Title; the figure's meaning when absent.
     pub title: Option<String>,
@@ -131,12 +152,13 @@ pub struct PlotFile {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorstFile {
-    /// By this figure.
+    /// By which figure; the largest are the worst.
     pub metric: String,
     /// How many.
     #[serde(default = "WorstFile::default_n")]
+    #[schemars(range(min = 1, max = 100))]
     pub n: u32,
-    /// The smallest figures are the worst.
+    /// The smallest are the worst.
     #[serde(default)]
     pub lowest: bool,
     /// Names of rates: the first trial that counts in each is shown too.
@@ -147,5 +169,19 @@ pub struct WorstFile {
 impl WorstFile {
     fn default_n() -> u32 {
         3
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::unbounded;
+
+    #[test]
+    fn every_number_is_bounded_but_seeds_and_bounds_of_figures() {
+        let all = unbounded(&ExperimentFile::schema());
+        let numbers: Vec<&str> = all.iter().map(String::as_str).filter(|key| !key.starts_with("accept.*.")).collect();
+        assert_eq!(numbers, ["seed"]);
+        assert!(all.iter().any(|key| key == "accept.*.mean_min"), "{all:?}");
     }
 }

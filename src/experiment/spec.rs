@@ -10,7 +10,7 @@ use crate::diagnostic::{self, ConfigError};
 use crate::files;
 use crate::inputs::{BUILD, Inputs};
 use crate::math::{Digest, stream};
-use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError};
+use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, check_ranges};
 
 use super::ExperimentError;
 use super::accept::Accept;
@@ -135,6 +135,7 @@ impl Experiment {
     /// [`Experiment::read`] on text; `file` is named in errors, and its folder is where paths start.
     pub fn parse(text: &str, file: &Path, trials: Option<u64>) -> Result<Self, ExperimentError> {
         let typed: ExperimentFile = diagnostic::parse(text, file)?;
+        check_ranges(&ExperimentFile::schema(), text, file)?;
         let bad = |section, key: &str, message: String| wrong(text, file, section, key, message);
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let base = Assets::seen_from(folder)
@@ -178,9 +179,6 @@ impl Experiment {
         let plots = plots(&typed, &rates, &axes, &bad)?;
         let worst = match &typed.worst {
             None => None,
-            Some(w) if !(1..=100).contains(&w.n) => {
-                return Err(bad(Section::Worst, "n", format!("`n` must be from 1 to 100, not {}", w.n)).into());
-            }
             Some(w) => {
                 let quantity = Quantity::parse(&w.metric, &rates).map_err(|e| bad(Section::Worst, "metric", e))?;
                 let known = |name: &String| {
@@ -437,9 +435,6 @@ fn plots(typed: &ExperimentFile, rates: &[Rate], axes: &[Axis], bad: &Bad) -> Re
             return Err(bad(section, "log", "a logarithmic axis needs numbers above 0".into()));
         }
         let bins = plot.bins.unwrap_or(24);
-        if !(2..=200).contains(&bins) {
-            return Err(bad(section, "bins", format!("`bins` must be from 2 to 200, not {bins}")));
-        }
         let title = plot.title.clone().unwrap_or_else(|| quantity.meaning());
         plots.push(PlotSpec { kind: plot.kind, quantity, axis, axis_y, log: plot.log, bins, title });
     }

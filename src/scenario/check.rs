@@ -3,7 +3,9 @@ use std::path::{Path, PathBuf};
 
 use crate::diagnostic;
 
+use super::file::ScenarioFile;
 use super::overrides::Override;
+use super::ranges::{self, Outside};
 use super::resolve::ScenarioError;
 
 /// Names the place of a mistake: the line in the file, or the `--set` that made it.
@@ -41,30 +43,20 @@ impl Check<'_> {
         }
     }
 
-    /// The number must be finite.
-    pub fn finite(&self, key: &str, x: f64) -> Result<(), ScenarioError> {
-        if x.is_finite() { Ok(()) } else { Err(self.wrong(key, format!("must be a finite number, not {x}"))) }
+    /// Every number of the scenario must be in the range that its field has.
+    pub fn ranges(&self, scenario: &toml::Table) -> Result<(), ScenarioError> {
+        match ranges::first_outside(ScenarioFile::schema(), scenario) {
+            Some(Outside { key, message }) => Err(self.wrong(&key, message)),
+            None => Ok(()),
+        }
     }
 
-    /// The number must be finite and in `[low, high]`.
+    /// The number must be in `[low, high]`, where these come of other numbers.
     pub fn within(&self, key: &str, x: f64, low: f64, high: f64) -> Result<(), ScenarioError> {
-        self.finite(key, x)?;
         if (low..=high).contains(&x) {
             Ok(())
         } else {
             Err(self.wrong(key, format!("must be from {low} to {high}, not {x}")))
-        }
-    }
-
-    /// The number must be above 0 and at most `high`.
-    pub fn above_zero(&self, key: &str, x: f64, high: f64) -> Result<(), ScenarioError> {
-        self.finite(key, x)?;
-        if x > 0.0 && x <= high {
-            Ok(())
-        } else if x > high {
-            Err(self.wrong(key, format!("must be at most {high}, not {x}")))
-        } else {
-            Err(self.wrong(key, format!("must be greater than 0, not {x}")))
         }
     }
 }

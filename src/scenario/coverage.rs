@@ -11,10 +11,11 @@ use super::resolve::ScenarioError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CoverKind {
-    /// Over the arm's reach in space, and exactly.
+    /// Over the arm's reach in space, the ink alone, exactly.
     #[default]
     Map,
-    /// Circles chosen greedily, as the dissertation does: to compare. A patent, US 12,569,997 B2, claims this way.
+    /// The dissertation's circles chosen greedily over the whole wall, to compare. A patent, US 12,569,997 B2, claims this way; the
+    /// default doesn't use its steps.
     Circles,
 }
 
@@ -22,12 +23,20 @@ pub enum CoverKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CircleSettings {
-    /// Radius of the circle that the arm is taken to cover, mm.
+    /// Radius of the circle that the arm is taken to cover.
+    #[schemars(range(min = 1, max = 5000))]
     pub radius_mm: f64,
-    /// Distance of its centre from the base's, mm.
+    /// Distance of its centre from the base's.
+    #[schemars(range(min = 1, max = 5000))]
     pub offset_mm: f64,
-    /// Radius of the circle round the base that must be free of wall, mm.
+    /// Radius of the circle round the base that must be free of wall.
+    #[schemars(range(min = 1, max = 5000))]
     pub base_mm: f64,
+}
+
+/// The schemas of numbers of which each has a range of its own.
+fn each_within(ranges: [[f64; 2]; 3]) -> serde_json::Value {
+    ranges.map(|[low, high]| serde_json::json!({ "type": "number", "minimum": low, "maximum": high })).to_vec().into()
 }
 
 impl Default for CircleSettings {
@@ -40,26 +49,41 @@ impl Default for CircleSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoverageSettings {
-    /// How places are found.
+    /// How places to stand are found.
     pub method: CoverKind,
-    /// Places by hand in place of that, in the order of drawing: x and y of the base's centre, mm, and where its front points, degrees
-    /// from the world's x axis.
+    /// Places by hand in place of that, in the order of drawing: `[[x_mm, y_mm, heading_deg], ...]` of the base's
+    /// centre, in the world, and where its front points, from the world's x axis.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("items" = {
+        "type": "array",
+        "prefixItems": each_within([[-1e6, 1e6], [-1e6, 1e6], [-360.0, 360.0]]),
+        "minItems": 3,
+        "maxItems": 3,
+    }))]
     pub poses: Vec<[f64; 3]>,
-    /// Straight seams at these lengths along the wall from its left end, mm, in place of free ones: one fewer than places.
+    /// Straight seams at these lengths along the wall from its left end, in place of free ones: one fewer than
+    /// places.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(inner(range(min = 0, max = 1e6)))]
     pub borders_mm: Vec<f64>,
-    /// How far the base may be from where it should stand and still reach everything and be clear, mm.
+    /// How far the base may be from where it should stand and still reach everything and be clear.
+    #[schemars(range(min = 0, max = 300))]
     pub margin_mm: f64,
-    /// Length and width of the base, mm.
+    /// Length and width of the base; a Ridgeback's by default.
+    #[schemars(inner(range(min = 50, max = 5000)))]
     pub footprint_mm: [f64; 2],
-    /// Where the arm's base frame stands on it: forward and to the left of its centre, and over the floor, mm.
+    /// Where the arm's base frame stands on it: forward and to the left of its centre, and over the floor. Of a robot
+    /// that has a base it is the robot's own.
+    #[schemars(extend("prefixItems" = each_within([[-2000.0, 2000.0], [-2000.0, 2000.0], [0.0, 3000.0]])))]
     pub mount_mm: [f64; 3],
-    /// Distance between the points of the map of reach, mm.
+    /// Distance between the points of the map of reach.
+    #[schemars(range(min = 10, max = 100))]
     pub map_spacing_mm: f64,
-    /// Distance between places that are tried, mm.
+    /// Distance between places that are tried.
+    #[schemars(range(min = 5, max = 200))]
     pub candidate_spacing_mm: f64,
-    /// Plan the strokes of each place before it is taken.
+    /// Plan the strokes of each place, at poses 10 mm apart, before it is taken; what fails is taken off the map and
+    /// all is solved again.
     pub verify: bool,
     /// Sizes of `method = "circles"`.
     pub circles: CircleSettings,
@@ -109,32 +133,13 @@ impl CoverageSettings {
     }
 }
 
-/// Every number in its range.
+/// What no range says: what goes with which method.
 pub(super) fn check_coverage(c: &CoverageSettings, check: &Check) -> Result<(), ScenarioError> {
-    for p in &c.poses {
-        check.within("coverage.poses", p[0], -1e6, 1e6)?;
-        check.within("coverage.poses", p[1], -1e6, 1e6)?;
-        check.within("coverage.poses", p[2], -360.0, 360.0)?;
-    }
     if !c.poses.is_empty() && c.method == CoverKind::Circles {
         return Err(check.sentence("coverage.poses", "`poses` are places by hand: leave `method = \"circles\"` out"));
     }
     if c.method == CoverKind::Circles && !c.borders_mm.is_empty() {
         return Err(check.sentence("coverage.borders_mm", "circles make their own borders: leave `borders_mm` out"));
     }
-    for b in &c.borders_mm {
-        check.within("coverage.borders_mm", *b, 0.0, 1e6)?;
-    }
-    check.within("coverage.margin_mm", c.margin_mm, 0.0, 300.0)?;
-    for side in c.footprint_mm {
-        check.within("coverage.footprint_mm", side, 50.0, 5000.0)?;
-    }
-    check.within("coverage.mount_mm", c.mount_mm[0], -2000.0, 2000.0)?;
-    check.within("coverage.mount_mm", c.mount_mm[1], -2000.0, 2000.0)?;
-    check.within("coverage.mount_mm", c.mount_mm[2], 0.0, 3000.0)?;
-    check.within("coverage.map_spacing_mm", c.map_spacing_mm, 10.0, 100.0)?;
-    check.within("coverage.candidate_spacing_mm", c.candidate_spacing_mm, 5.0, 200.0)?;
-    check.above_zero("coverage.circles.radius_mm", c.circles.radius_mm, 5000.0)?;
-    check.above_zero("coverage.circles.offset_mm", c.circles.offset_mm, 5000.0)?;
-    check.above_zero("coverage.circles.base_mm", c.circles.base_mm, 5000.0)
+    Ok(())
 }

@@ -4,26 +4,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::control::DriveOptions;
 
-use super::check::Check;
-use super::resolve::ScenarioError;
-
 /// `[drive]`: how a base drives from place to place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DriveSettings {
-    /// Largest speed, mm/s; no more than the robot's.
+    /// Largest speed; no more than the robot's.
+    #[schemars(range(min = 1, max = 5000))]
     pub speed_mm_s: f64,
-    /// Largest yaw rate, degrees/s.
+    /// Largest yaw rate; no more than the robot's.
+    #[schemars(range(min = 0.1, max = 360))]
     pub yaw_deg_s: f64,
-    /// Largest acceleration, mm/s2.
+    /// Largest acceleration; no more than the robot's.
+    #[schemars(range(min = 1, max = 1e4))]
     pub acceleration_mm_s2: f64,
-    /// Length of the last stretch before a stop, which is driven slowly, mm.
+    /// Length of the last stretch before a stop, which is driven slowly.
+    #[schemars(range(min = 0, max = 1e4))]
     pub approach_mm: f64,
-    /// Speed there, mm/s.
+    /// Speed there.
+    #[schemars(range(min = 0.1, max = 5000))]
     pub approach_speed_mm_s: f64,
-    /// A base that finds itself farther than this from its place drives again, mm; three times at most.
+    /// A base that finds itself farther than this from its place drives again; three times at most.
+    #[schemars(range(min = 0.1, max = 1000))]
     pub arrival_mm: f64,
-    /// Share of the sag of its springs that the robot foretells and corrects for; 0 to leave it as it is.
+    /// Share of the sag of its springs under the moving arm that the robot foretells and corrects for; 0 leaves it as
+    /// it is.
+    #[schemars(range(min = 0, max = 2))]
     pub sag_known: f64,
 }
 
@@ -54,15 +59,4 @@ impl DriveSettings {
             ..DriveOptions::default()
         }
     }
-}
-
-/// Every number in its range.
-pub(super) fn check_drive(d: &DriveSettings, check: &Check) -> Result<(), ScenarioError> {
-    check.above_zero("drive.speed_mm_s", d.speed_mm_s, 5000.0)?;
-    check.above_zero("drive.yaw_deg_s", d.yaw_deg_s, 360.0)?;
-    check.above_zero("drive.acceleration_mm_s2", d.acceleration_mm_s2, 1e4)?;
-    check.within("drive.approach_mm", d.approach_mm, 0.0, 1e4)?;
-    check.above_zero("drive.approach_speed_mm_s", d.approach_speed_mm_s, 5000.0)?;
-    check.above_zero("drive.arrival_mm", d.arrival_mm, 1000.0)?;
-    check.within("drive.sag_known", d.sag_known, 0.0, 2.0)
 }

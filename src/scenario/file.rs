@@ -1,5 +1,6 @@
 //! The scenario as typed.
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,13 +32,13 @@ pub struct ScenarioFile {
     /// What the run shows.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
-    /// Seed of every random number of the run.
+    /// Seed of every random number of the run. Same seed, same bits.
     #[serde(default = "ScenarioFile::default_seed")]
     pub seed: u64,
-    /// A robot by name (`robots/NAME.toml` of an asset folder) or by path.
+    /// A robot, by name or path.
     #[serde(default = "ScenarioFile::default_robot")]
     pub robot: String,
-    /// Which arm draws, by its name in the robot's file, of a robot of several. The others stand still in their
+    /// Which arm draws, by its name in the robot's file, where there are several. The others stand still in their
     /// service poses. Of arms with grippers all draw when it is absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arm: Option<String>,
@@ -97,9 +98,10 @@ impl ScenarioFile {
         "iiwa_fixed".into()
     }
 
-    /// The JSON schema of scenario files, for editors.
-    pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(ScenarioFile).to_value()
+    /// The JSON schema of scenario files: what editors check, and where the ranges of all numbers come from.
+    pub fn schema() -> &'static serde_json::Value {
+        static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(ScenarioFile).to_value());
+        &SCHEMA
     }
 }
 
@@ -107,39 +109,49 @@ impl ScenarioFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DrawingFile {
-    /// An `.svg`, the recording of a stylus `.jsonl`, one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ..., or a
-    /// picture, `.png` or `.jpg`; relative to the scenario's folder.
+    /// An `.svg`, the recording of a stylus `.jsonl`, one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ...,
+    /// or a picture, `.png` or `.jpg`; relative to the scenario's folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// Height of the drawing, mm. With both height and width the drawing is fitted into them; with neither it keeps
-    /// its own size.
+    /// Height of the drawing. One of height and width keeps the proportions; with both the drawing is fitted into
+    /// them; with neither it keeps its own size, a pattern is 150 mm square, and a picture's longer side 200 mm.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.1, max = 1e5))]
     pub height_mm: Option<f64>,
-    /// Width of the drawing, mm.
+    /// Width of the drawing.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.1, max = 1e5))]
     pub width_mm: Option<f64>,
-    /// Turns the drawing counter-clockwise on the sheet, degrees.
+    /// Turns the drawing counter-clockwise on the sheet.
+    #[schemars(range(min = -360, max = 360))]
     pub rotate_deg: f64,
     /// What becomes of filled areas.
     pub fill: Fill,
-    /// Distance between hatch lines, mm, when `fill = "hatch"`.
+    /// Distance between hatch lines, with `fill = "hatch"`.
+    #[schemars(range(min = 0.01, max = 1000))]
     pub hatch_spacing_mm: f64,
-    /// Direction of hatch lines, degrees from the x axis, when `fill = "hatch"`.
+    /// Direction of hatch lines, from the x axis, with `fill = "hatch"`.
+    #[schemars(range(min = -360, max = 360))]
     pub hatch_angle_deg: f64,
-    /// Width of a stylus's line at no and at full pressure, mm; what the pen can draw when absent.
+    /// Width of a stylus's line at no and at full pressure; what the pen can draw when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = 0.01, max = 100)))]
     pub stylus_width_mm: Option<[f64; 2]>,
     /// Exponent of the pressure in that: above 1, light strokes are finer.
+    #[schemars(range(min = 0.1, max = 10))]
     pub stylus_gamma: f64,
-    /// Merge strokes that meet, and order them for short ways with the pen up.
+    /// Join strokes that meet, and order them for short ways with the pen up.
     pub tidy: bool,
-    /// Ends of strokes nearer than this are joined, mm.
+    /// Ends of strokes nearer than this are joined; 0 joins none.
+    #[schemars(range(min = 0, max = 10))]
     pub merge_mm: f64,
-    /// Points are left out while the line moves less than this, mm.
+    /// Points are left out while the line moves less than this; 0 keeps all.
+    #[schemars(range(min = 0, max = 10))]
     pub simplify_mm: f64,
     /// In which order strokes of several inks are drawn.
     pub ink_order: InkOrder,
     /// With `ink_order = "fewest_changes"`: how far from its turn a stroke may be drawn, as a share of all strokes.
+    #[schemars(range(min = 0, max = 1))]
     pub disorder: f64,
     /// A generated pattern in place of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,11 +234,13 @@ pub enum PatternKind {
 pub struct PatternFile {
     /// Which pattern.
     pub kind: PatternKind,
-    /// Squares a side of a `grid`, 1 to 200; 7 when absent.
+    /// Squares a side: of a `grid`, 7 when absent, and of a grid under a `hilbert` curve, none when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 200))]
     pub n: Option<u32>,
     /// Order of a curve: `hilbert` 1 to 8 (5 when absent), `arrowhead` 1 to 9 (6), `snowflake` 0 to 7 (4).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 9))]
     pub order: Option<u32>,
 }
 
@@ -234,14 +248,15 @@ pub struct PatternFile {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CanvasFile {
-    /// A scene by name (`scenes/NAME.toml` of an asset folder) or by path.
+    /// A scene, by name or path. It is needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
     /// How the sheet is laid on the canvas.
     pub mapping: MappingKind,
     /// What the robot knows of the canvas.
     pub belief: BeliefKind,
-    /// Moves the drawing right and up on the sheet, mm.
+    /// Moves the drawing right and up on the sheet.
+    #[schemars(inner(range(min = -1e4, max = 1e4)))]
     pub offset_mm: [f64; 2],
     /// How a conformal map is made.
     pub conformal: FlattenOptions,
@@ -256,7 +271,7 @@ pub struct CanvasFile {
 pub struct Overlay {
     /// How the second drawing is laid on the canvas.
     pub mapping: MappingKind,
-    /// Its ink.
+    /// Its ink; orange by default.
     #[serde(default = "Overlay::orange")]
     #[schemars(with = "[u8; 3]")]
     pub color: Rgb,
@@ -272,13 +287,17 @@ impl Overlay {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PenFile {
-    /// A pen by name (`pens/NAME.toml` of an asset folder) or by path.
+    /// A pen, by name or path.
     pub kind: String,
-    /// How far the set point lies under the surface, mm: `delta` of eq. 6.1.
+    /// How far the set point lies under the surface. The pen presses with this times the stiffness along it: 3 mm at
+    /// 350 N/m is 1.05 N (`delta` of eq. 6.1).
+    #[schemars(range(min = 0, max = 100))]
     pub press_depth_mm: f64,
-    /// Time that a person takes to change the pen between two inks, s.
+    /// Time that a person takes to change the pen between two inks.
+    #[schemars(range(min = 0, max = 3600))]
     pub change_s: f64,
-    /// Other pens for some layers: a layer's name or a colour `#rrggbb`, to a pen.
+    /// Other pens for some layers: `[pen.inks]` with a line each, a layer's name or a colour, as `sky = "marker"` or
+    /// `"#17697a" = "fineliner_04"`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub inks: BTreeMap<String, String>,
 }

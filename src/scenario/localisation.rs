@@ -4,60 +4,97 @@ use serde::{Deserialize, Serialize};
 
 use crate::twin::{LocaliserKind, LocaliserOptions};
 
-use super::check::Check;
-use super::resolve::ScenarioError;
-
 /// `[localisation]`: what measures where a base stands. Numbers that are absent are those of the sensor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LocalisationSettings {
-    /// The sensor: `perfect`, `tracker`, `lidar` or `board`.
+    /// Which sensor. Numbers that are absent are its own.
     pub sensor: LocaliserKind,
-    /// Standard deviation of one reading, mm.
+    /// Standard deviation of one reading of the place.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
     pub noise_mm: Option<f64>,
-    /// The same of the heading, degrees.
+    /// Standard deviation of one reading of the heading.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 45))]
     pub noise_deg: Option<f64>,
     /// Readings that are averaged.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub readings: Option<u32>,
-    /// What averaging leaves at least, mm.
+    /// What averaging leaves at least.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
     pub floor_mm: Option<f64>,
-    /// Standard deviation of a slow wander, mm.
+    /// Standard deviation of a slow wander of the place.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
     pub wander_mm: Option<f64>,
-    /// The same of the heading, degrees.
+    /// Standard deviation of a slow wander of the heading.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 45))]
     pub wander_deg: Option<f64>,
-    /// Time in which the wander is forgotten, s.
+    /// Time in which the wander is forgotten.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 1e6))]
     pub wander_s: Option<f64>,
-    /// Bend of the measured volume 1.5 m from its middle, mm; drawn once a run.
+    /// Bend of the measured volume 1.5 m from its middle, which is the sheet's; drawn once a run.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
     pub warp_mm: Option<f64>,
-    /// Error of the measured volume's scale, per cent; drawn once a run.
+    /// Error of the measured volume's scale; drawn once a run.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 50))]
     pub scale_percent: Option<f64>,
-    /// Largest jump when the base is found again after a drive, mm.
+    /// Largest jump when the base is found again after a drive.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
     pub jump_mm: Option<f64>,
-    /// Share of drives after which it jumps, per cent.
+    /// Share of drives after which it jumps.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 100))]
     pub jump_percent: Option<f64>,
-    /// How far off the sensor is mounted, mm; drawn once a run.
+    /// How far off the sensor is mounted; drawn once a run.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1000))]
     pub mounting_mm: Option<f64>,
-    /// The same of the heading, degrees.
+    /// How far it is turned where it is mounted; drawn once a run.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 45))]
     pub mounting_deg: Option<f64>,
-    /// Age of a reading, ms.
+    /// Age of a reading.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 10_000))]
     pub latency_ms: Option<f64>,
 }
 
 impl LocalisationSettings {
+    /// All that a known sensor has, as a file would say it.
+    pub fn of(sensor: LocaliserKind) -> Self {
+        let o = sensor.options();
+        // 0.1 mm is 0.1 again, not 0.09999999999999999
+        let neat = |x: f64| Some((x * 1e9).round() / 1e9);
+        let mm = |x: f64| neat(x * 1e3);
+        let deg = |x: f64| neat(x.to_degrees());
+        Self {
+            sensor,
+            noise_mm: mm(o.noise[0]),
+            noise_deg: deg(o.noise[1]),
+            readings: Some(o.readings),
+            floor_mm: mm(o.floor),
+            wander_mm: mm(o.wander[0]),
+            wander_deg: deg(o.wander[1]),
+            wander_s: neat(o.wander_time),
+            warp_mm: mm(o.warp),
+            scale_percent: neat(o.scale * 1e2),
+            jump_mm: mm(o.jump),
+            jump_percent: neat(o.jump_rate * 1e2),
+            mounting_mm: mm(o.mounting[0]),
+            mounting_deg: deg(o.mounting[1]),
+            latency_ms: mm(o.latency),
+        }
+    }
+
     /// The same in SI units.
     pub fn options(&self) -> LocaliserOptions {
         let o = self.sensor.options();
@@ -78,30 +115,4 @@ impl LocalisationSettings {
             latency: self.latency_ms.map_or(o.latency, |v| v * 1e-3),
         }
     }
-}
-
-/// Every number in its range.
-pub(super) fn check_localisation(l: &LocalisationSettings, check: &Check) -> Result<(), ScenarioError> {
-    let within = |key: &str, value: Option<f64>, most: f64| {
-        value.map_or(Ok(()), |v| check.within(&format!("localisation.{key}"), v, 0.0, most))
-    };
-    within("noise_mm", l.noise_mm, 1000.0)?;
-    within("noise_deg", l.noise_deg, 45.0)?;
-    within("floor_mm", l.floor_mm, 1000.0)?;
-    within("wander_mm", l.wander_mm, 1000.0)?;
-    within("wander_deg", l.wander_deg, 45.0)?;
-    if let Some(s) = l.wander_s {
-        check.above_zero("localisation.wander_s", s, 1e6)?;
-    }
-    within("warp_mm", l.warp_mm, 1000.0)?;
-    within("scale_percent", l.scale_percent, 50.0)?;
-    within("jump_mm", l.jump_mm, 1000.0)?;
-    within("jump_percent", l.jump_percent, 100.0)?;
-    within("mounting_mm", l.mounting_mm, 1000.0)?;
-    within("mounting_deg", l.mounting_deg, 45.0)?;
-    within("latency_ms", l.latency_ms, 10_000.0)?;
-    if l.readings == Some(0) {
-        return Err(check.wrong("localisation.readings", "must be at least 1"));
-    }
-    Ok(())
 }

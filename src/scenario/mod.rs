@@ -14,6 +14,7 @@ mod localisation;
 pub(crate) mod options;
 mod overrides;
 mod picture;
+mod ranges;
 mod resolve;
 mod scan;
 mod scan_options;
@@ -34,6 +35,9 @@ pub use picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterStyle, PainterlySettings,
     Separation, StippleSettings, Style, TspSettings,
 };
+pub(crate) use ranges::check_ranges;
+#[cfg(test)]
+pub(crate) use ranges::unbounded;
 pub use resolve::{CanvasSpec, PenSpec, Scenario, ScenarioError, Sketch};
 pub use scan::{ScanCamera, ScanPose, ScanSettings};
 pub use settings::{BeliefKind, Camera, ControlSettings, Fill, PlanSettings, RenderSettings, SimSettings, VIEWS};

@@ -9,16 +9,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Style {
-    /// One line an ink through points that are dense where the picture is dark.
+    /// One long line an ink, a short tour through points that lie dense where the picture is dark.
     #[default]
     Tsp,
     /// Those points as dots.
     Stipple,
-    /// Curved brush strokes from broad to fine.
+    /// Curved brush strokes, broad ones first, each where it brings the drawing nearest to the picture.
     Painterly,
-    /// Brush strokes object by object, contour first, from back to front.
+    /// Brush strokes object by object: contour first, then from back to front.
     LayeredDepth,
-    /// Cross-hatching along the forms.
+    /// Cross-hatching that follows the forms, and edge lines.
     Hatching,
     /// Edge lines alone.
     Edges,
@@ -38,7 +38,7 @@ pub enum Separation {
     Agglomerative,
     /// A palette by density: as many inks as there are clusters of colour.
     Dbscan,
-    /// The pens in `pens`.
+    /// Those that one owns, in `pens`.
     Pens,
 }
 
@@ -46,26 +46,32 @@ pub enum Separation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ColorSettings {
-    /// How colours become inks. When absent: `black` for tsp, stipple, hatching and edges, `kmeans` for painterly and
-    /// layered_depth.
+    /// How colours become inks. When absent: `kmeans` for brush strokes (painterly and layered_depth), `black` for
+    /// all else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub separation: Option<Separation>,
-    /// Inks of a palette by kmeans or agglomerative.
+    /// Inks of a palette; with `dbscan` at most.
+    #[schemars(range(min = 1, max = 64))]
     pub count: u32,
-    /// Share of the common grey of cyan, magenta and yellow that black ink replaces, 0 to 1.
+    /// Share of the common grey of cyan, magenta and yellow that black ink replaces.
+    #[schemars(range(min = 0, max = 1))]
     pub grey_replacement: f64,
-    /// Pens that one owns: a name each, and its colour `#rrggbb`.
+    /// Pens that one owns: `[drawing.color.pens]` with a line each, as `teal = "#17697a"`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub pens: BTreeMap<String, String>,
-    /// Mix between the nearest pens in place of taking the nearest one.
+    /// With `pens` and lines or dots: mix between the nearest pens in place of taking the nearest one. Brush strokes
+    /// take the nearest.
     pub dither: bool,
     /// Stretch the picture's own darkest and lightest tones to black and white.
     pub auto_levels: bool,
-    /// Level (0 to 1, as in picture editors) at and below which the picture counts as black.
+    /// Level, as in picture editors, at and below which the picture counts as black.
+    #[schemars(range(min = 0, max = 0.99))]
     pub black_point: f64,
-    /// Level at and above which it counts as white.
+    /// Level at and above which it counts as white; at least 0.01 above `black_point`.
+    #[schemars(range(min = 0.01, max = 1))]
     pub white_point: f64,
     /// Above 1 lightens middle tones, below 1 darkens them.
+    #[schemars(range(min = 0.1, max = 10))]
     pub gamma: f64,
 }
 
@@ -89,15 +95,18 @@ impl Default for ColorSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TspSettings {
-    /// Points of all inks together; when absent, as many as give the right tone with the pen on the sheet.
+    /// Points of all inks together; when absent, as many as give the right tone with this pen on this sheet.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 3, max = 10_000_000))]
     pub points: Option<u32>,
     /// End the line where it began.
     pub closed: bool,
-    /// Kicks of the tour solver, as a multiple of the number of points.
+    /// Effort of the tour solver, kicks a point; the same tour on every computer.
+    #[schemars(range(min = 0, max = 1000))]
     pub kicks: f64,
-    /// Time for the tours, s, in place of `kicks`: the drawing then depends on the computer.
+    /// Time for the tours in place of `kicks`: the tour then depends on the computer.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 86_400))]
     pub seconds: Option<f64>,
 }
 
@@ -111,8 +120,9 @@ impl Default for TspSettings {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StippleSettings {
-    /// Dots of all inks together; when absent, as many as give the right tone with the pen on the sheet.
+    /// Dots of all inks together; when absent, as many as give the right tone with this pen on this sheet.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 10_000_000))]
     pub dots: Option<u32>,
 }
 
@@ -121,11 +131,14 @@ pub struct StippleSettings {
 #[serde(default, deny_unknown_fields)]
 pub struct PainterlySettings {
     /// Most brush strokes.
+    #[schemars(range(min = 1, max = 10_000_000))]
     pub strokes: u32,
-    /// Hand: `impressionist`, `expressionist`, `colourist_wash` or `pointillist`.
+    /// How long, how curved and how free strokes are.
     pub hand: PainterStyle,
-    /// Widths of the brushes, mm, broadest first; when absent they follow from the sheet and the pen.
+    /// Widths of the brushes, broadest first; when absent they follow from the sheet and the pen. A brush broader
+    /// than the pen is a bundle of pen lines.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(inner(range(min = 0.01, max = 10_000)))]
     pub brushes_mm: Vec<f64>,
 }
 
@@ -155,20 +168,22 @@ pub enum PainterStyle {
 #[serde(default, deny_unknown_fields)]
 pub struct LayeredDepthSettings {
     /// Most brush strokes.
+    #[schemars(range(min = 1, max = 10_000_000))]
     pub strokes: u32,
-    /// Image of labels, 8 or 16 bit; when absent, segments are estimated.
+    /// Image of labels, 8 or 16 bit grey or palette: a number an object; estimated when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub labels: Option<PathBuf>,
-    /// JSON file that names the labels; only with `labels`.
+    /// JSON file that names the labels: `[{"label": 1, "name": "sheep", "kind": "thing", "confidence": 0.97},
+    /// {"label": 2, "name": "grass", "kind": "stuff", "order": 1}]`; only with `labels`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segments: Option<PathBuf>,
-    /// Image of depth, 8 or 16 bit, near is bright; when absent, depth is estimated.
+    /// Image of depth, 8 or 16 bit grey, near is bright; estimated when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<PathBuf>,
-    /// ONNX model that gives labels; needs the feature `onnx`.
+    /// ONNX model that gives labels; the program must be built with `--features onnx`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segment_model: Option<PathBuf>,
-    /// ONNX model that gives depth; needs the feature `onnx`.
+    /// ONNX model that gives depth; the program must be built with `--features onnx`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_model: Option<PathBuf>,
 }
@@ -190,13 +205,17 @@ impl Default for LayeredDepthSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HatchingSettings {
-    /// Directions that cross each other as the tone darkens, 1 to 4.
+    /// Directions that cross each other as the tone darkens.
+    #[schemars(range(min = 1, max = 4))]
     pub directions: u32,
     /// How much lines follow the forms: 0 straight, 1 wholly.
+    #[schemars(range(min = 0, max = 1))]
     pub follow: f64,
-    /// Direction of straight lines, and of the first where a picture is flat, degrees from the x axis.
+    /// Direction of straight lines, and of the first where a picture is flat, from the x axis.
+    #[schemars(range(min = -360, max = 360))]
     pub angle_deg: f64,
-    /// Shortest line, mm.
+    /// Shortest line.
+    #[schemars(range(min = 0, max = 1000))]
     pub min_length_mm: f64,
     /// Draw the edge lines too.
     pub edges: bool,
@@ -212,11 +231,14 @@ impl Default for HatchingSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeSettings {
-    /// Size of the finest details, mm on the sheet.
+    /// Size of the finest details that make an edge.
+    #[schemars(range(min = 0.01, max = 1000))]
     pub detail_mm: f64,
-    /// Contrast of lightness at which an edge begins a line, 0 to 1.
+    /// Contrast of lightness at which an edge begins a line.
+    #[schemars(range(min = 0.001, max = 1))]
     pub contrast: f64,
-    /// Shortest line, mm.
+    /// Shortest edge line.
+    #[schemars(range(min = 0, max = 1000))]
     pub min_length_mm: f64,
 }
 

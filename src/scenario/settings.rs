@@ -35,17 +35,23 @@ pub enum BeliefKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanSettings {
-    /// Share of each joint's speed limit that may be used, in (0, 1].
+    /// Share of each joint's speed limit that may be used.
+    #[schemars(range(min = 0.01, max = 1))]
     pub joint_speed_fraction: f64,
-    /// Largest joint acceleration, rad/s2.
+    /// Largest joint acceleration.
+    #[schemars(range(min = 0.01, max = 1000))]
     pub joint_acceleration_rad_s2: f64,
-    /// Largest joint jerk, rad/s3.
+    /// Largest joint jerk.
+    #[schemars(range(min = 0.1, max = 1e6))]
     pub joint_jerk_rad_s3: f64,
-    /// Largest acceleration of the pen along its path, mm/s2.
+    /// Largest acceleration of the pen along and across a stroke.
+    #[schemars(range(min = 1, max = 1e5))]
     pub acceleration_mm_s2: f64,
-    /// Height of the nib above the canvas when it is lifted, mm.
+    /// Height of the nib above the canvas when it is lifted.
+    #[schemars(range(min = 1, max = 200))]
     pub hover_mm: f64,
-    /// Largest distance between two neighbouring targets on the canvas, mm.
+    /// Largest distance between planned poses on a stroke.
+    #[schemars(range(min = 0.05, max = 10))]
     pub step_mm: f64,
     /// Draw what can be reached when not everything can.
     pub partial: bool,
@@ -69,35 +75,48 @@ impl Default for PlanSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ControlSettings {
-    /// Which law moves the arm: `impedance` or `position`.
+    /// Which law moves the arm.
     pub law: LawKind,
-    /// Natural frequency of every joint under position control, Hz.
+    /// Natural frequency of every joint under position control; it is critically damped.
+    #[schemars(range(min = 1, max = 60))]
     pub position_hz: f64,
-    /// Translational stiffness in the pen frame, N/m; z is the pen axis.
+    /// Stiffness along x, y and z of the pen; z is the pen axis.
+    #[schemars(inner(range(min = 1, max = 1e5)))]
     pub stiffness_n_m: [f64; 3],
-    /// Rotational stiffness in the pen frame, N m/rad.
+    /// Stiffness about x, y and z of the pen.
+    #[schemars(inner(range(min = 0.1, max = 1e4)))]
     pub stiffness_nm_rad: [f64; 3],
     /// Damping ratio of the designed impedance; 1 is critical.
+    #[schemars(range(min = 0.01, max = 5))]
     pub damping_ratio: f64,
-    /// Speed of the pen while drawing, mm/s.
+    /// Speed of the pen while drawing.
+    #[schemars(range(min = 0.1, max = 1000))]
     pub speed_mm_s: f64,
-    /// Highest speed of the pen where it may touch the canvas, mm/s; pressing on may be twice as fast.
+    /// Highest speed of the pen where it may touch the canvas; pressing on may be twice as fast.
+    #[schemars(range(min = 0.1, max = 1000))]
     pub landing_speed_mm_s: f64,
-    /// Highest speed of the pen while it travels, mm/s.
+    /// Highest speed of the pen while it travels.
+    #[schemars(range(min = 1, max = 5000))]
     pub travel_speed_mm_s: f64,
-    /// Stiffness of the posture in the nullspace, N m/rad.
+    /// Stiffness of the posture where it doesn't move the pen (the nullspace).
+    #[schemars(range(min = 0, max = 1e4))]
     pub nullspace_stiffness_nm_rad: f64,
     /// Damping ratio of the posture in the nullspace.
+    #[schemars(range(min = 0, max = 5))]
     pub nullspace_damping_ratio: f64,
     /// Push along the stroke by the friction that the pen will feel, so that the line doesn't lag.
     pub friction_feedforward: bool,
     /// Coulomb friction between nib and canvas that the robot believes in.
+    #[schemars(range(min = 0, max = 2))]
     pub believed_friction: f64,
-    /// Standard deviation of the noise on measured joint torques, N m.
+    /// Standard deviation of the noise on each joint-torque sensor.
+    #[schemars(range(min = 0, max = 100))]
     pub torque_noise_nm: f64,
-    /// Age of the state that the law sees, ms.
+    /// Age of the state that the law sees.
+    #[schemars(range(min = 0, max = 100))]
     pub delay_ms: f64,
-    /// Largest change of a commanded torque, N m each ms.
+    /// Largest change of a commanded torque, a millisecond.
+    #[schemars(range(min = 0.01, max = 1e4))]
     pub torque_rate_nm_ms: f64,
 }
 
@@ -127,9 +146,10 @@ impl Default for ControlSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimSettings {
-    /// What integrates the dynamics.
+    /// What integrates the arm's dynamics.
     pub plant: PlantKind,
-    /// Samples kept a simulated second, Hz; at most 1000, the rate of the physics.
+    /// Samples kept a simulated second; 1000 is the rate of physics and control.
+    #[schemars(range(min = 0.1, max = 1000))]
     pub record_hz: f64,
 }
 
@@ -146,16 +166,17 @@ pub const VIEWS: [&str; 5] = ["front", "hero", "top", "side", "canvas"];
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RenderSettings {
-    /// Longest side of drawing.png, pixels.
+    /// Longest side of drawing.png.
+    #[schemars(range(min = 16, max = 32_768))]
     pub drawing_px: u32,
-    /// Views of the scene to render, each to `view-NAME.png`: `front`, `hero`, `top`, `side`,
-    /// `canvas`. The cameras below are rendered too.
+    /// Views of the scene, each to `view-NAME.png`: `front`, `hero`, `top`, `side`, `canvas`; `[]` for none.
     pub views: Vec<String>,
-    /// Width and height of the views, pixels.
+    /// Width and height of the views.
+    #[schemars(inner(range(min = 16, max = 8192)))]
     pub view_px: [u32; 2],
-    /// Render the first tool changes too, a picture a stage, to `stage-....png`.
+    /// Show the first fetch and return of a pen, and the first change that fails, stage by stage, to `stage-....png`.
     pub tool_stages: bool,
-    /// Cameras of one's own; each is rendered.
+    /// A view of one's own.
     #[serde(rename = "camera", skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<Camera>,
 }
@@ -178,11 +199,14 @@ impl Default for RenderSettings {
 pub struct Camera {
     /// Name; the picture is `view-NAME.png`.
     pub name: String,
-    /// Where the eye is, mm, world.
+    /// Where the eye is, in the world, z up.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub eye_mm: [f64; 3],
-    /// What it looks at, mm, world.
+    /// What it looks at, in the world.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub target_mm: [f64; 3],
-    /// Vertical angle of view, degrees.
+    /// Vertical angle of view.
+    #[schemars(range(min = 1, max = 120))]
     #[serde(default = "Camera::default_fov_deg")]
     pub fov_deg: f64,
 }

@@ -68,7 +68,7 @@ fn mistakes_name_their_line_and_what_would_be_right() {
         ("[pen]\npres_depth_mm = 3\n", "s.toml:7: unknown key `pres_depth_mm`: did you mean `press_depth_mm`?"),
         ("mapping = 'conforml'\n", "s.toml:6: unknown value `conforml`: did you mean `conformal`?"),
         ("[canvas.conformal]\nmargin_mm = -1\n", "s.toml:7: `margin_mm` must be from 0 to 10000, not -1"),
-        ("[control]\nspeed_mm_s = -4\n", "s.toml:7: `speed_mm_s` must be greater than 0, not -4"),
+        ("[control]\nspeed_mm_s = -4\n", "s.toml:7: `speed_mm_s` must be from 0.1 to 1000, not -4"),
         ("[control]\ndelay_ms = nan\n", "s.toml:7: `delay_ms` must be a finite number, not NaN"),
         ("[pen]\nkind = 'markr'\n", "s.toml:7: no pen `markr`: did you mean `marker`?"),
         ("[render]\nviews = ['heroo']\n", "s.toml:7: no view `heroo`: did you mean `hero`?"),
@@ -80,6 +80,20 @@ fn mistakes_name_their_line_and_what_would_be_right() {
             "[drawing.pattern]\nkind = 'grid'\n",
             "s.toml:2: `source` and `[drawing.pattern]` exclude each other: keep one",
         ),
+        ("[sim]\nrecord_hz = inf\n", "s.toml:7: `record_hz` must be a finite number, not inf"),
+        (
+            "[drive]\nacceleration_mm_s2 = 1e-12\n",
+            "s.toml:7: `acceleration_mm_s2` must be from 1 to 10000, not 0.000000000001",
+        ),
+        ("[coverage]\nposes = [[0, 0, 0], [0, 0, 400]]\n", "s.toml:7: `poses` must be from -360 to 360, not 400"),
+        ("[coverage]\nmount_mm = [0, 0, -1]\n", "s.toml:7: `mount_mm` must be from 0 to 3000, not -1"),
+        ("[localisation]\nreadings = 0\n", "s.toml:7: `readings` must be from 1 to 1000000, not 0"),
+        (
+            "[[render.camera]]\nname = 'a'\neye_mm = [0, 0, 9]\ntarget_mm = [0, 0, 0]\n\
+             [[render.camera]]\nname = 'b'\neye_mm = [0, 0, 9]\ntarget_mm = [0, 0, 0]\nfov_deg = 400\n",
+            "s.toml:14: `fov_deg` must be from 1 to 120, not 400",
+        ),
+        ("[accept]\n'sim.steps' = { min = 1, max = nan }\n", "s.toml:7: `max` must be a finite number, not NaN"),
     ] {
         assert_eq!(house.error(&format!("{SHORT}{extra}"), &[]), expected);
     }
@@ -90,7 +104,7 @@ fn mistakes_name_their_line_and_what_would_be_right() {
     assert_eq!(house.error("[drawing]\nsource = 'b.svg'\n[canvas]\nscene='dome'\n", &[]), "s.toml:2: no file b.svg");
     assert_eq!(
         house.error("[drawing]\nheight_mm = -3\nsource = 'a.svg'\n", &[]),
-        "s.toml:2: `height_mm` must be greater than 0, not -3"
+        "s.toml:2: `height_mm` must be from 0.1 to 100000, not -3"
     );
     assert_eq!(
         house.error("[drawing.pattern]\nkind = 'arrowhead'\nn = 3\n[canvas]\nscene='dome'\n", &[]),
@@ -106,8 +120,8 @@ fn overrides_change_the_scenario_and_own_their_mistakes() {
     assert!(s.pen.kind.ends_with("pens/marker.toml"));
     for (set, expected) in [
         ("control.sped_mm_s=3", "--set control.sped_mm_s=3: unknown key `sped_mm_s`: did you mean `speed_mm_s`?"),
-        ("control.speed_mm_s=-3", "--set control.speed_mm_s=-3: `speed_mm_s` must be greater than 0, not -3"),
-        ("control={speed_mm_s=0}", "--set control={speed_mm_s=0}: `speed_mm_s` must be greater than 0, not 0"),
+        ("control.speed_mm_s=-3", "--set control.speed_mm_s=-3: `speed_mm_s` must be from 0.1 to 1000, not -3"),
+        ("control={speed_mm_s=0}", "--set control={speed_mm_s=0}: `speed_mm_s` must be from 0.1 to 1000, not 0"),
         ("seed.x=1", "--set seed.x=1: invalid type: map, expected u64"),
     ] {
         assert_eq!(house.error(SHORT, &[set]), expected);
@@ -135,6 +149,18 @@ fn the_schema_knows_every_section() {
     for section in ["drawing", "canvas", "pen", "plan", "control", "sim", "render", "accept"] {
         assert!(schema["properties"][section].is_object(), "{section}");
     }
+}
+
+#[test]
+fn defaults_are_in_their_ranges_and_every_number_is_bounded() {
+    let schema = ScenarioFile::schema();
+    let sections = "[truth]\n[scan.pose]\n[touch]\n[tools]\n[coverage]\n[drive]\n[localisation]\n[drawing.pattern]\nkind = 'grid'\n\
+                    [drawing.color]\n[drawing.tsp]\n[drawing.stipple]\n[drawing.painterly]\n[drawing.layered_depth]\n\
+                    [drawing.hatching]\n[drawing.edges]\n[canvas.overlay]\nmapping = 'conformal'\n";
+    let all: ScenarioFile = toml::from_str(sections).unwrap();
+    assert_eq!(ranges::first_outside(schema, &toml::Table::try_from(&all).unwrap()), None);
+    // any seed is as good as another, and figures may be of any size
+    assert_eq!(ranges::unbounded(schema), ["seed", "accept.*.min", "accept.*.max"]);
 }
 
 proptest! {
@@ -168,7 +194,7 @@ proptest! {
     }
 
     #[test]
-    fn numbers_survive_the_round_trip(speed in 1e-3..1000.0f64, depth in 0.0..50.0f64, seed in 0..i64::MAX as u64) {
+    fn numbers_survive_the_round_trip(speed in 0.1..1000.0f64, depth in 0.0..50.0f64, seed in 0..i64::MAX as u64) {
         let house = House::new();
         let sets = [format!("control.speed_mm_s={speed:?}"), format!("pen.press_depth_mm={depth:?}"), format!("seed={seed}")];
         let sets: Vec<&str> = sets.iter().map(String::as_str).collect();

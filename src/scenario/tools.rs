@@ -4,9 +4,6 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::Check;
-use super::resolve::ScenarioError;
-
 /// How a pen is held while it draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -15,7 +12,7 @@ pub enum Hold {
     /// what the grip bears.
     #[default]
     Rigid,
-    /// By contact and friction all the time.
+    /// By contact and friction all the time; about ten times slower.
     Physics,
 }
 
@@ -23,43 +20,62 @@ pub enum Hold {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ToolSettings {
-    /// Which arm draws with an ink: arm by ink. Inks that aren't named go to the arms in turn.
+    /// Which arm draws with an ink: `{ Black = "left" }`, by the ink's name. Inks that aren't named go to the arms in
+    /// turn.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub arms: BTreeMap<String, String>,
-    /// Distance that arms keep from each other, mm.
+    /// Distance that arms must keep from each other: a plan that doesn't is refused.
+    #[schemars(range(min = 0, max = 500))]
     pub margin_mm: f64,
-    /// How a pen is held while it draws.
+    /// How a pen is held while it draws. A pen that is pressed with more than 7 N (less with slippery or weak
+    /// fingers) is held by friction anyway.
     pub hold: Hold,
     /// How often a pick is tried.
+    #[schemars(range(min = 1, max = 10))]
     pub attempts: u32,
-    /// Largest error of a dock's place across, along each axis, mm.
+    /// Largest error of a dock's place across, along each axis; drawn by dock and `seed`, as the next three are.
+    #[schemars(range(min = 0, max = 100))]
     pub dock_xy_mm: f64,
-    /// Largest error of a dock's height, mm.
+    /// Largest error of a dock's height.
+    #[schemars(range(min = 0, max = 100))]
     pub dock_z_mm: f64,
-    /// Largest roll and pitch of a dock, degrees.
+    /// Largest roll and pitch of a dock.
+    #[schemars(range(min = 0, max = 45))]
     pub dock_tilt_deg: f64,
-    /// Largest yaw of a dock, degrees.
+    /// Largest yaw of a dock.
+    #[schemars(range(min = 0, max = 45))]
     pub dock_yaw_deg: f64,
     /// All errors of docks times this.
+    #[schemars(range(min = 0, max = 100))]
     pub error_scale: f64,
-    /// Largest error of the hand's place on the flange, along each axis, mm.
+    /// Largest error of the hand's place on the flange, along each axis; no one knows of it.
+    #[schemars(range(min = 0, max = 50))]
     pub hand_mm: f64,
-    /// Largest error of the hand's angle on the flange, about each axis, degrees.
+    /// Largest error of the hand's angle on the flange, about each axis.
+    #[schemars(range(min = 0, max = 20))]
     pub hand_deg: f64,
     /// Friction between fingers and tool by the design's, drawn from 1 -+ this.
+    #[schemars(range(min = 0, max = 1))]
     pub friction_spread: f64,
     /// Mass of the tool by the design's, drawn from 1 -+ this.
+    #[schemars(range(min = 0, max = 0.9))]
     pub mass_spread: f64,
     /// Strength of the fingers by the design's, drawn from 1 -+ this.
+    #[schemars(range(min = 0, max = 0.9))]
     pub strength_spread: f64,
-    /// Standard deviation of each component of the wrist's force, N.
+    /// Standard deviation of each component of the wrist's force.
+    #[schemars(range(min = 0, max = 50))]
     pub force_noise_n: f64,
-    /// Standard deviation of each finger angle that is read, degrees.
+    /// Standard deviation of each finger angle that is read.
+    #[schemars(range(min = 0, max = 20))]
     pub finger_noise_deg: f64,
-    /// Pose repeatability of the arms (ISO 9283), mm: each approach to a dock is off by a displacement of its own.
+    /// Pose repeatability of the arms (ISO 9283): each approach to a dock is off by a displacement of its own.
+    #[schemars(range(min = 0, max = 5))]
     pub repeatability_mm: f64,
-    /// A fault on purpose: so long after a pen was fetched the fingers open by mistake, s. Pens are then held by friction.
+    /// A fault on purpose: so long after a pen was fetched the fingers open by mistake. Pens are then held by
+    /// friction all the time.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1e6))]
     pub open_after_s: Option<f64>,
     /// Whether the tool has plates over the fingers.
     pub plates: bool,
@@ -67,15 +83,19 @@ pub struct ToolSettings {
     pub bevels: bool,
     /// Friction between fingers and tool in place of the design's.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 2))]
     pub finger_friction: Option<f64>,
     /// Friction between tool and dock in place of the design's.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 2))]
     pub dock_friction: Option<f64>,
-    /// Between plates and fingers in place of the design's, mm.
+    /// Gap between plates and fingers in place of the design's.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 20))]
     pub plate_gap_mm: Option<f64>,
-    /// Angle of the bevels in place of the design's, degrees.
+    /// Angle of the bevels in place of the design's.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 20, max = 70))]
     pub bevel_deg: Option<f64>,
 }
 
@@ -108,31 +128,4 @@ impl Default for ToolSettings {
             bevel_deg: None,
         }
     }
-}
-
-/// Every number in its range.
-pub(super) fn check_tools(tools: &ToolSettings, check: &Check) -> Result<(), ScenarioError> {
-    let ranges = [
-        ("tools.margin_mm", tools.margin_mm, 0.0, 500.0),
-        ("tools.attempts", f64::from(tools.attempts), 1.0, 10.0),
-        ("tools.dock_xy_mm", tools.dock_xy_mm, 0.0, 100.0),
-        ("tools.dock_z_mm", tools.dock_z_mm, 0.0, 100.0),
-        ("tools.dock_tilt_deg", tools.dock_tilt_deg, 0.0, 45.0),
-        ("tools.dock_yaw_deg", tools.dock_yaw_deg, 0.0, 45.0),
-        ("tools.error_scale", tools.error_scale, 0.0, 100.0),
-        ("tools.hand_mm", tools.hand_mm, 0.0, 50.0),
-        ("tools.hand_deg", tools.hand_deg, 0.0, 20.0),
-        ("tools.friction_spread", tools.friction_spread, 0.0, 1.0),
-        ("tools.mass_spread", tools.mass_spread, 0.0, 0.9),
-        ("tools.strength_spread", tools.strength_spread, 0.0, 0.9),
-        ("tools.force_noise_n", tools.force_noise_n, 0.0, 50.0),
-        ("tools.finger_noise_deg", tools.finger_noise_deg, 0.0, 20.0),
-        ("tools.repeatability_mm", tools.repeatability_mm, 0.0, 5.0),
-        ("tools.open_after_s", tools.open_after_s.unwrap_or(0.0), 0.0, 1e6),
-        ("tools.finger_friction", tools.finger_friction.unwrap_or(0.0), 0.0, 2.0),
-        ("tools.dock_friction", tools.dock_friction.unwrap_or(0.0), 0.0, 2.0),
-        ("tools.plate_gap_mm", tools.plate_gap_mm.unwrap_or(0.0), 0.0, 20.0),
-        ("tools.bevel_deg", tools.bevel_deg.unwrap_or(45.0), 20.0, 70.0),
-    ];
-    ranges.iter().try_for_each(|(key, x, low, high)| check.within(key, *x, *low, *high))
 }

@@ -240,9 +240,9 @@ fn each_mistake_is_one_line_with_its_place() {
         ("trials = 1\n", "missing field `scenario`"),
         ("scenario = 'nothing'\n", "e.toml:1: no scenario `nothing`"),
         ("scenario = 's.toml'\ntrails = 3\n", "e.toml:2: unknown key `trails`: did you mean `trials`?"),
-        ("scenario = 's.toml'\ntrials = 0\n", "e.toml:2: trials, cases and points of the grid should make 1 to"),
+        ("scenario = 's.toml'\ntrials = 0\n", "e.toml:2: `trials` must be from 1 to 1000000, not 0"),
         ("[set]\n'control.sped_mm_s' = 3\n", "e.toml:4: unknown key `sped_mm_s`: did you mean `speed_mm_s`?"),
-        ("[set]\ncontrol.speed_mm_s = -3\n", "e.toml:4: `speed_mm_s` must be greater than 0, not -3"),
+        ("[set]\ncontrol.speed_mm_s = -3\n", "e.toml:4: `speed_mm_s` must be from 0.1 to 1000, not -3"),
         ("[set]\nseed = 3\n", "e.toml:4: each trial has its own seed"),
         ("[set]\n'pen.press_depth_mm' = nan\n", "e.toml:4: `pen.press_depth_mm`: must be a finite number"),
         ("[vary]\n'pen.press_depth_mm' = []\n", "e.toml:4: `pen.press_depth_mm`: an axis needs values"),
@@ -279,7 +279,15 @@ fn each_mistake_is_one_line_with_its_place() {
         ("[accept]\n'sim.wall_s' = { max = 1 }\n", "e.toml:4: `sim.wall_s` isn't kept"),
         ("[[plot]]\nkind = 'curve'\nmetric = 'line.coverage'\n", "e.toml:3: this plot needs `axis`"),
         ("[[plot]]\nkind = 'pie'\nmetric = 'line.coverage'\n", "unknown value `pie`"),
-        ("[worst]\nmetric = 'line.coverage'\nn = 0\n", "e.toml:5: `n` must be from 1 to 100"),
+        ("[worst]\nmetric = 'line.coverage'\nn = 0\n", "e.toml:5: `n` must be from 1 to 100, not 0"),
+        (
+            "[[plot]]\nkind = 'histogram'\nmetric = 'line.coverage'\n[[plot]]\nkind = 'histogram'\nmetric = 'line.coverage'\nbins = 1\n",
+            "e.toml:9: `bins` must be from 2 to 200, not 1",
+        ),
+        (
+            "[accept]\n'line.coverage' = [{ min = 1 }, { mean_min = nan }]\n",
+            "e.toml:4: `mean_min` must be a finite number",
+        ),
     ] {
         let whole = if text.contains("scenario =") || text.starts_with("trials") {
             text.into()

@@ -32,7 +32,7 @@ pub struct Piece {
 const BEND_SHARE: f64 = 0.7;
 /// Share of the jerk limit that starting and stopping may use; the rest is left to bends.
 const JERK_SHARE: f64 = 0.6;
-/// Speeds below this are not asked for, m/s: a path whose bends would need less is slowed as a whole.
+/// Bends ask for no speed below this, m/s: a path whose bends would need less is slowed as a whole.
 const LEAST_SPEED: f64 = 2e-4;
 /// Time between knots, s.
 const KNOT_INTERVAL: f64 = 0.008;
@@ -161,7 +161,8 @@ impl Grid {
                 let s = parameters[i] + f * (parameters[i + 1] - parameters[i]);
                 let p = piece.spline.at(s, &mut cursor);
                 let curvature = piece.curvature[i].max(piece.curvature[i + 1]);
-                let mut v = piece.speed[i].min(piece.speed[i + 1]);
+                let asked = piece.speed[i].min(piece.speed[i + 1]);
+                let mut v = asked;
                 v = v.min((BEND_SHARE * limits.cartesian_acceleration / curvature.max(1e-9)).sqrt());
                 for j in 0..p.q.len() {
                     v = v.min(limits.speed[j] / p.d1[j].abs().max(1e-9));
@@ -171,7 +172,7 @@ impl Grid {
                 grid.s.push(s);
                 grid.points.push(p);
                 grid.curvature.push(curvature);
-                grid.bound.push(v.max(LEAST_SPEED));
+                grid.bound.push(v.max(LEAST_SPEED.min(asked)));
             }
         }
         grid.top = grid.bound.iter().copied().fold(0.0, f64::max);
@@ -402,6 +403,22 @@ mod tests {
         assert!(duration > ideal && duration < ideal + 0.4, "{duration} for {ideal}");
         let fastest = knots.windows(2).map(|w| (w[1].q - w[0].q).norm() / (w[1].time - w[0].time)).fold(0.0, f64::max);
         assert!(fastest > 0.0);
+    }
+
+    #[test]
+    fn a_speed_is_never_raised_however_slow_it_is() {
+        let short = |speed| {
+            Piece::new(
+                vec![JointVector::zeros(), JointVector::from_fn(|i, _| if i < 7 { 0.001 } else { 0.0 })],
+                &[Vector3::zeros(), Vector3::x() * 5e-4],
+                speed,
+            )
+        };
+        for speed in [1e-4, 2e-5] {
+            let knots = short(speed).time(&limits());
+            let (duration, ideal) = (knots[knots.len() - 1].time, 5e-4 / speed);
+            assert!(duration >= ideal && duration < 1.2 * ideal, "{duration} s for {ideal}");
+        }
     }
 
     #[test]

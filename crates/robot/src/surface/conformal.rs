@@ -50,11 +50,13 @@ pub struct FlattenOptions {
     pub flattening: FlattenMethod,
     /// How much of the canvas is flattened.
     pub patch: PatchKind,
-    /// Width of the surface round the drawing that is flattened with it, mm; when absent, 30 mm or a quarter of the
+    /// Width of the surface round the drawing that is flattened with it; when absent, 30 mm or a quarter of the
     /// drawing's larger side, whichever is more.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1e4))]
     pub margin_mm: Option<f64>,
-    /// Holes up to this wide, mm, may be crossed by the drawing.
+    /// Holes up to this wide may be crossed by the drawing.
+    #[schemars(range(min = 0, max = 1e4))]
     pub bridge_mm: f64,
 }
 
