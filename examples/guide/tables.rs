@@ -102,11 +102,11 @@ fn rows(root: &Value, object: &Value, place: &Place, sections: &[&str], table: &
 
 /// The schema of a table with keys of its own: the field's, or that of the items of its list or map.
 fn object<'a>(root: &'a Value, field: &'a Value) -> Option<&'a Value> {
-    let inner = || Some(referred(root, field)?).or_else(|| field["anyOf"].get(0)).or_else(|| field.get("items"));
-    match field["properties"].is_object() {
-        true => Some(field),
-        false => object(root, inner().or_else(|| field.get("additionalProperties"))?),
+    if field["properties"].is_object() {
+        return Some(field);
     }
+    let inner = referred(root, field).or_else(|| field["anyOf"].get(0)).or_else(|| field.get("items"));
+    object(root, inner.or_else(|| field.get("additionalProperties"))?)
 }
 
 fn referred<'a>(root: &'a Value, field: &Value) -> Option<&'a Value> {
