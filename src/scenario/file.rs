@@ -271,7 +271,7 @@ pub struct CanvasFile {
 pub struct Overlay {
     /// How the second drawing is laid on the canvas.
     pub mapping: MappingKind,
-    /// Its ink; orange by default.
+    /// Its ink, red, green and blue; orange by default.
     #[serde(default = "Overlay::orange")]
     #[schemars(with = "[u8; 3]")]
     pub color: Rgb,

@@ -53,7 +53,7 @@ pub struct ColorSettings {
     /// Inks of a palette; with `dbscan` at most.
     #[schemars(range(min = 1, max = 64))]
     pub count: u32,
-    /// Share of the common grey of cyan, magenta and yellow that black ink replaces.
+    /// With `cmyk`: share of the common grey of cyan, magenta and yellow that black ink replaces.
     #[schemars(range(min = 0, max = 1))]
     pub grey_replacement: f64,
     /// Pens that one owns: `[drawing.color.pens]` with a line each, as `teal = "#17697a"`.

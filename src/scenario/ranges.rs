@@ -40,7 +40,7 @@ fn value(root: &Value, schema: &Value, typed: &Typed, key: &str) -> Option<Outsi
     if let Some(name) = schema["$ref"].as_str().and_then(|r| r.strip_prefix("#/$defs/")) {
         return value(root, &root["$defs"][name], typed, key);
     }
-    if let Some(forms) = schema["anyOf"].as_array().or(schema["oneOf"].as_array()) {
+    if let Some(forms) = forms_of(schema) {
         return forms.iter().filter(|form| is_form(root, form, typed)).find_map(|form| value(root, form, typed, key));
     }
     match typed {
@@ -65,10 +65,18 @@ fn table(root: &Value, schema: &Value, typed: &toml::Table, key: &str) -> Option
     known.chain(others).find_map(|(name, schema, typed)| value(root, schema, typed, &dotted(name)))
 }
 
+/// The forms that a value may have, where there are several.
+fn forms_of(schema: &Value) -> Option<&Vec<Value>> {
+    schema["anyOf"].as_array().or(schema["oneOf"].as_array())
+}
+
 /// Whether `typed` is of this form among several: a table or a list, and with the tag that the form has.
 fn is_form(root: &Value, form: &Value, typed: &Typed) -> bool {
     if let Some(name) = form["$ref"].as_str().and_then(|r| r.strip_prefix("#/$defs/")) {
         return is_form(root, &root["$defs"][name], typed);
+    }
+    if let Some(forms) = forms_of(form) {
+        return forms.iter().any(|form| is_form(root, form, typed));
     }
     let mut fields = form["properties"].as_object().into_iter().flatten();
     match typed {

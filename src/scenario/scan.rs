@@ -25,7 +25,7 @@ pub struct ScanSettings {
     /// Pictures taken: the first from straight in front of the sheet, the others round it.
     #[schemars(range(min = 1, max = 32))]
     pub views: u32,
-    /// Distance of those places from the sheet's centre.
+    /// Distance of the camera's places from the sheet's centre.
     #[schemars(range(min = 10, max = 1e5))]
     pub distance_mm: f64,
     /// Angle of all but the first from the sheet's normal.
