@@ -12,4 +12,4 @@ pub use part::{Part, PartError};
 
 pub use make::{Made, make};
 pub(crate) use pens::pens;
-pub(crate) use preview::{Likenesses, desired_trace, estimated_time};
+pub(crate) use preview::{Likenesses, desired_trace, estimated_time, pen_change_time};

@@ -142,5 +142,10 @@ pub(crate) fn estimated_time(drawing: &Drawing, sketch: &Sketch) -> f64 {
             seconds += way * 1e3 / travel + TRAVEL_START;
         }
     }
-    seconds + drawing.ink_changes() as f64 * (pen.change_s + CHANGE_WAY)
+    seconds + drawing.ink_changes() as f64 * pen_change_time(sketch)
+}
+
+/// How long a change of pen by hand takes, the way there and back included, s.
+pub(crate) fn pen_change_time(sketch: &Sketch) -> f64 {
+    sketch.pen.change_s + CHANGE_WAY
 }

@@ -25,7 +25,7 @@ pub enum CanvasError {
 
 /// The scenario's nominal scene. The drawing lies on the sheet as it is; the sheet is moved and turned.
 pub fn scene_of(scenario: &Scenario) -> Result<Scene, CanvasError> {
-    let mut scene = Scene::read(&scenario.canvas.scene)?;
+    let mut scene = Scene::read_changed(&scenario.canvas.scene, &scenario.change.scene)?;
     let [x, y] = scenario.canvas.offset_mm.map(|mm| mm * 1e-3);
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), scenario.drawing.rotate_deg.to_radians());
     scene.canvas.sheet.world_from_sheet *= Pose::from_parts(Translation3::new(x, y, 0.0), turn);

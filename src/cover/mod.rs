@@ -1,4 +1,6 @@
 //! Where a base has to stand for a scenario's drawing: found, shown and written.
+mod work_time;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -15,10 +17,12 @@ use crate::plan::cover::{self, BasePose, CoverError, CoverJob, CoverMethod, Cove
 use crate::plan::{ReachGrid, ReachProbe};
 use crate::progress::Progress;
 use crate::reach::kept_or_made;
-use crate::report::{CoverSketch, FigureError, OutputDir, OutputError, cover_svg, metrics_json, svg_png};
+use crate::report::{CoverSketch, FigureError, OutputDir, OutputError, cover_svg, duration, metrics_json, svg_png};
 use crate::robot::{Arm, Cell, RobotError};
 use crate::scenario::{Scenario, Sketch, options};
 use crate::surface::{BelievedCanvas, Wall};
+
+pub use work_time::WorkTime;
 
 /// Why there are no places.
 #[derive(Debug, thiserror::Error)]
@@ -90,6 +94,22 @@ pub struct Found {
     pub options: CoverOptions,
     /// What stands before the wall, world.
     pub obstacles: Vec<TriMesh>,
+    /// Time that the robot takes to drive and to draw, s, by rules of thumb.
+    pub estimate: WorkTime,
+    /// Time the computer took to find the places, s.
+    pub seconds: f64,
+}
+
+impl Found {
+    /// Its figures.
+    pub fn metrics(&self) -> CoverageMetrics {
+        CoverageMetrics {
+            drive_s: self.estimate.driving,
+            estimated_s: Some(self.estimate.total()),
+            duration_s: Some(self.seconds),
+            ..CoverageMetrics::of(&self.coverage)
+        }
+    }
 }
 
 /// Finds where the base stands for all of a drawing, and how it drives from where it starts to each place in turn. Without `[coverage]`
@@ -105,6 +125,7 @@ pub fn find(
     map: &mut MapMaker,
     progress: &dyn Progress,
 ) -> Result<Found, CoverageError> {
+    let started = Instant::now();
     let mut options = scenario.coverage.clone().unwrap_or_default().options();
     if let Some(base) = &arm.base {
         options.mount = base.base_from_arm.translation.vector.into();
@@ -130,7 +151,8 @@ pub fn find(
         cover: &options,
     };
     let coverage = cover::cover(&job, map, &mut |stage| progress.stage(stage, None))?;
-    Ok(Found { coverage, wall, options, obstacles })
+    let estimate = WorkTime::of(scenario, arm, drawing, &coverage);
+    Ok(Found { coverage, wall, options, obstacles, estimate, seconds: started.elapsed().as_secs_f64() })
 }
 
 /// Finds where the base stands for all of a scenario's drawing, and writes coverage.json, a plan from above and the figures into `out`.
@@ -144,7 +166,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     let made = artwork::make(&Sketch::from(scenario), progress)?;
     let drawing = &made.drawing;
     let pens = artwork::pens(drawing, &scenario.pen)?;
-    let cell = Cell::load(&scenario.robot)?;
+    let cell = Cell::load_changed(&scenario.robot, &scenario.change.robot)?;
     let arm = &cell.arms[cell.arm_index(scenario.arm.as_deref())?];
     let cache = OutputDir::check(&out.path().join("cache"))?;
     let mut to_keep = None;
@@ -156,7 +178,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     let found = find(scenario, arm, drawing, &pens, &mut map, progress)?;
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(DrawingMetrics::of(drawing, started.elapsed().as_secs_f64()));
-    metrics.coverage = Some(CoverageMetrics::of(&found.coverage));
+    metrics.coverage = Some(found.metrics());
 
     if let Some((name, map)) = to_keep {
         cache.write(&name, &crate::reach::npy_of(&map))?;
@@ -164,7 +186,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     let mut files = write(&scenario.name, &found, out)?;
     files.push(out.write("metrics.json", metrics_json(&metrics)?.as_bytes())?);
     let seconds = started.elapsed().as_secs_f64();
-    let summary = summary(&found.coverage, seconds, out);
+    let summary = summary(&found, seconds, out);
     Ok(Covered { summary, drawing: made.drawing, coverage: found.coverage, metrics, files })
 }
 
@@ -191,7 +213,7 @@ pub fn write(name: &str, found: &Found, out: &OutputDir) -> Result<Vec<PathBuf>,
 }
 
 fn sketch<'a>(name: &'a str, found: &'a Found) -> CoverSketch<'a> {
-    let Found { coverage, wall, options, obstacles } = found;
+    let Found { coverage, wall, options, obstacles, .. } = found;
     let circle = match options.method {
         CoverMethod::Circles { radius, offset, base } => Some([radius, offset, base]),
         _ => None,
@@ -207,9 +229,14 @@ fn sketch<'a>(name: &'a str, found: &'a Found) -> CoverSketch<'a> {
     }
 }
 
-fn summary(c: &Coverage, seconds: f64, out: &OutputDir) -> String {
+fn summary(found: &Found, seconds: f64, out: &OutputDir) -> String {
+    let Found { coverage: c, estimate, .. } = found;
     let mut text = String::new();
-    let best = if c.optimal { ", none fewer do" } else { "" };
+    let best = match c.bound {
+        0 => String::new(),
+        _ if c.optimal => ", none fewer do".into(),
+        bound => format!(", no fewer than {bound} do"),
+    };
     let _ = writeln!(text, "places     {}{best}; {:.2} m of driving between them", c.places.len(), c.drive());
     let _ = writeln!(text, "seams      {} strokes cut, {} crossings", c.strokes_cut(), c.cuts.len());
     for (k, p) in c.places.iter().enumerate() {
@@ -222,7 +249,23 @@ fn summary(c: &Coverage, seconds: f64, out: &OutputDir) -> String {
             p.pieces.len()
         );
     }
-    let _ = writeln!(text, "took       {seconds:.1} s, {:.2} s of it the solver, {} rounds", c.solver_s, c.rounds);
+    if c.raise != 0.0 {
+        let _ = writeln!(text, "height     the drawing is moved {:.0} mm up", c.raise * 1e3);
+    }
+    let _ = writeln!(
+        text,
+        "time       {} at the robot: {} of drawing, {} of driving, {} of pen changes",
+        duration(estimate.total()),
+        duration(estimate.drawing),
+        duration(estimate.driving),
+        duration(estimate.changing)
+    );
+    let made = (seconds - found.seconds).max(0.0);
+    let _ = writeln!(
+        text,
+        "took       {:.1} s, {:.2} s of it the solver, {} rounds; {made:.1} s to make the drawing",
+        found.seconds, c.solver_s, c.rounds
+    );
     let _ = writeln!(text, "files      {}", out.path().display());
     text
 }

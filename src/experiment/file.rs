@@ -21,6 +21,9 @@ pub struct ExperimentFile {
     /// The scenario that every trial starts from: a path relative to this file, or a scenario's name. Its `[accept]`
     /// and pictures are left out.
     pub scenario: String,
+    /// How far each trial goes: `cover` finds where a base stands and draws nothing.
+    #[serde(default)]
+    pub until: Stage,
     /// Trials of each case at each point of the grid.
     #[serde(default = "ExperimentFile::default_trials")]
     #[schemars(range(min = 1, max = 1_000_000))]
@@ -66,6 +69,17 @@ impl ExperimentFile {
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(ExperimentFile).to_value()
     }
+}
+
+/// How far a trial goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// To the places where a base stands.
+    Cover,
+    /// To the end.
+    #[default]
+    End,
 }
 
 /// `[[case]]`: a named group of changes.

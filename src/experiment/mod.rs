@@ -34,7 +34,7 @@ pub use accept::{Accept, Verdict};
 pub use axis::Axis;
 pub use error::ExperimentError;
 pub use estimate::Estimate;
-pub use file::{AcceptFile, CaseFile, ExperimentFile, PlotFile, PlotKind, WorstFile};
+pub use file::{AcceptFile, CaseFile, ExperimentFile, PlotFile, PlotKind, Stage, WorstFile};
 pub use merge::gather;
 pub use quantity::{Quantity, Rate};
 pub use row::{Row, Status};
@@ -140,7 +140,11 @@ pub fn replay(
     progress: &dyn Progress,
 ) -> Result<run::Outcome, ExperimentError> {
     let scenario = experiment.scenario(&experiment.trial(index)?)?;
-    run::run(&scenario, Until::End, &run::Manner::default(), out, progress)
+    let until = match experiment.until {
+        Stage::Cover => Until::Cover,
+        Stage::End => Until::End,
+    };
+    run::run(&scenario, until, &run::Manner::default(), out, progress)
         .map_err(|e| ExperimentError::Run { trial: index, source: Box::new(e) })
 }
 
@@ -178,7 +182,7 @@ fn show_worst(
         let names: Vec<String> = names.filter(|n| n.ends_with(".png")).collect();
         // where a tool change failed says more than what was drawn
         let failed = |n: &&String| n.starts_with("stage-") && (n.contains("_failed") || n.contains("lost"));
-        let others = |n: &&String| *n == "drawing.png" || n.starts_with("view-");
+        let others = |n: &&String| *n == "drawing.png" || *n == "coverage.png" || n.starts_with("view-");
         let pictures = names.iter().filter(failed).take(2).chain(names.iter().filter(others).take(2)).cloned();
         shown.push(Shown { row: row.clone(), why, folder, pictures: pictures.collect() });
         progress.advance(i as u64 + 1);

@@ -56,7 +56,10 @@ pub struct Row {
 
 /// Whether a figure is kept of trials: those about the computer's time would differ from run to run, and trials have no pictures.
 pub(super) fn kept(path: &str) -> bool {
-    let of_computer = path.ends_with(".duration_s") || path == "sim.wall_s" || path == "sim.real_time_factor";
+    let of_computer = path.ends_with(".duration_s")
+        || path.ends_with(".solver_s")
+        || path == "sim.wall_s"
+        || path == "sim.real_time_factor";
     let of_pictures = path.starts_with("render.") || path.starts_with("image.");
     !of_computer && !of_pictures
 }

@@ -15,7 +15,7 @@ use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, chec
 use super::ExperimentError;
 use super::accept::Accept;
 use super::axis::Axis;
-use super::file::{ExperimentFile, PlotKind};
+use super::file::{ExperimentFile, PlotKind, Stage};
 use super::place::{Section, wrong};
 use super::quantity::{Quantity, Rate, SUCCESS};
 use super::value::{self, Template};
@@ -80,6 +80,8 @@ pub struct Experiment {
     pub description: String,
     /// Seed of everything random in it.
     pub seed: u64,
+    /// How far each trial goes.
+    pub until: Stage,
     /// Trials of each case at each point of the grid.
     pub trials: u64,
     /// Axes of the grid, by key; the last varies fastest.
@@ -195,6 +197,7 @@ impl Experiment {
             name: typed.name.unwrap_or_else(stem),
             description: typed.description,
             seed: typed.seed,
+            until: typed.until,
             trials,
             axes,
             cases,
@@ -312,6 +315,9 @@ impl Experiment {
     fn check_trials(&self) -> Result<String, ExperimentError> {
         let mut digest = Digest::new();
         digest.bytes(BUILD.as_bytes()).bytes(self.base_text.as_bytes());
+        if self.until != Stage::End {
+            digest.bytes(format!("{:?}", self.until).as_bytes());
+        }
         let mut inputs = Inputs::default();
         for index in 0..self.total() {
             let trial = self.trial(index)?;

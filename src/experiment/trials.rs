@@ -3,9 +3,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use crate::progress::{Progress, Silent};
-use crate::run::{Cache, evaluate};
+use crate::run::{Cache, evaluate, evaluate_cover};
 
 use super::ExperimentError;
+use super::file::Stage;
 use super::journal::Journal;
 use super::row::Row;
 use super::spec::Experiment;
@@ -14,7 +15,10 @@ use super::spec::Experiment;
 pub fn try_one(experiment: &Experiment, index: u64, cache: &Cache) -> Result<Row, ExperimentError> {
     let trial = experiment.trial(index)?;
     let scenario = experiment.scenario(&trial)?;
-    let outcome = evaluate(&scenario, cache, &Silent);
+    let outcome = match experiment.until {
+        Stage::Cover => evaluate_cover(&scenario, &Silent),
+        Stage::End => evaluate(&scenario, cache, &Silent),
+    };
     Ok(Row::new(&trial, &experiment.cases[trial.case].name, outcome))
 }
 

@@ -8,7 +8,7 @@ use crate::diagnostic;
 use crate::math::unit;
 
 /// Names of the distributions.
-const DISTRIBUTIONS: [&str; 4] = ["uniform", "normal", "log_uniform", "choice"];
+const DISTRIBUTIONS: [&str; 5] = ["uniform", "normal", "log_uniform", "integer", "choice"];
 /// Most steps of a range.
 const MOST_STEPS: u64 = 10_000;
 
@@ -21,6 +21,8 @@ pub enum Distribution {
     Normal(f64, f64),
     /// Evenly in the logarithm from the first to the second.
     LogUniform(f64, f64),
+    /// A whole number from the first to the second, both included.
+    Integer(i64, i64),
     /// Any of these, all as likely.
     Choice(Vec<Value>),
 }
@@ -36,6 +38,10 @@ impl Distribution {
                 (mean + sd * radius * (std::f64::consts::TAU * unit(rng)).cos()).into()
             }
             Distribution::LogUniform(low, high) => (low.ln() + (high.ln() - low.ln()) * unit(rng)).exp().into(),
+            Distribution::Integer(low, high) => {
+                let count = (high - low + 1) as f64;
+                (low + ((unit(rng) * count) as i64).min(high - low)).into()
+            }
             Distribution::Choice(values) => {
                 let at = (unit(rng) * values.len() as f64) as usize;
                 values.get(at).cloned().unwrap_or(Value::Null)
@@ -54,6 +60,18 @@ impl Distribution {
                 Some(values) if !values.is_empty() => Ok(Distribution::Choice(values.clone())),
                 _ => Err("`choice` takes a list of values".into()),
             },
+            "integer" => {
+                const MOST: i64 = 1 << 40;
+                let whole = |v: &Value| v.as_i64().filter(|x| x.abs() <= MOST);
+                match value.as_array().map_or(&[][..], Vec::as_slice) {
+                    [a, b] => match whole(a).zip(whole(b)) {
+                        Some((low, high)) if low <= high => Ok(Distribution::Integer(low, high)),
+                        Some((low, high)) => Err(format!("`integer` goes from low to high, not from {low} to {high}")),
+                        None => Err("`integer` takes two whole numbers, [low, high]".into()),
+                    },
+                    _ => Err("`integer` takes two whole numbers, [low, high]".into()),
+                }
+            }
             "normal" => {
                 let (mean, sd) = pair("[mean, standard deviation]")?;
                 if sd < 0.0 {
@@ -233,6 +251,10 @@ mod tests {
         let logs = draws(json!({"log_uniform": [1e-3, 1e3]}), 4000).iter().map(|x| x.log10()).collect();
         let (mean, sd) = moments(logs);
         assert!(mean.abs() < 0.15 && (sd - 6.0 / 12f64.sqrt()).abs() < 0.08, "{mean} {sd}");
+        let whole = draws(json!({"integer": [3, 5]}), 4000);
+        assert!(whole.iter().all(|x| [3.0, 4.0, 5.0].contains(x)));
+        let (mean, sd) = moments(whole);
+        assert!((mean - 4.0).abs() < 0.05 && (sd - (2f64 / 3.0).sqrt()).abs() < 0.03, "{mean} {sd}");
         let (mean, _) = moments(draws(json!({"choice": [0, 1, 5]}), 4000));
         assert!((mean - 2.0).abs() < 0.15, "{mean}");
     }
@@ -264,6 +286,8 @@ mod tests {
         assert!(wrong(json!({"log_uniform": [0, 1]})).contains("above 0"));
         assert!(wrong(json!({"normal": [0, -1]})).contains("below 0"));
         assert!(wrong(json!({"normal": [0]})).contains("two numbers"));
+        assert!(wrong(json!({"integer": [0, 1.5]})).contains("whole"));
+        assert!(wrong(json!({"integer": [2, 1]})).contains("from low to high"));
         assert!(wrong(json!({"choice": []})).contains("list"));
         for (value, words) in [
             (json!([]), "needs values"),

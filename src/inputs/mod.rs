@@ -2,7 +2,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::diagnostic::ConfigError;
+use crate::diagnostic::{Changes, ConfigError};
 use crate::drawing;
 use crate::files::{self, FilesRead};
 use crate::mesh::{self, MeshFileError};
@@ -46,7 +46,7 @@ pub enum InputError {
 pub struct Inputs {
     files: FilesRead,
     /// What the scenarios name, as far as it was followed.
-    named: BTreeSet<PathBuf>,
+    named: BTreeSet<(PathBuf, String)>,
 }
 
 impl Inputs {
@@ -55,11 +55,15 @@ impl Inputs {
     /// # Errors
     /// A file can't be read, or isn't right.
     pub fn add(&mut self, scenario: &Scenario) -> Result<(), InputError> {
-        self.follow(&scenario.robot, |file| {
-            let tools = Cell::load(file)?.arms.into_iter().filter_map(|a| a.gripper).map(|g| g.tool);
+        let changes = &scenario.change;
+        self.follow_changed(&scenario.robot, &changes.robot, |file| {
+            let tools =
+                Cell::load_changed(file, &changes.robot)?.arms.into_iter().filter_map(|a| a.gripper).map(|g| g.tool);
             tools.into_iter().try_for_each(|tool| Ok(ToolSet::read(&tool).map(|_| ())?))
         })?;
-        self.follow(&scenario.canvas.scene, |file| Ok(Scene::read(file).map(|_| ())?))?;
+        self.follow_changed(&scenario.canvas.scene, &changes.scene, |file| {
+            Ok(Scene::read_changed(file, &changes.scene).map(|_| ())?)
+        })?;
         for pen in scenario.pen.inks.values().chain([&scenario.pen.kind]) {
             self.follow(pen, |file| Ok(PenModel::read(file).map(|_| ())?))?;
         }
@@ -81,7 +85,17 @@ impl Inputs {
     }
 
     fn follow(&mut self, file: &Path, read: impl FnOnce(&Path) -> Result<(), InputError>) -> Result<(), InputError> {
-        if self.named.insert(file.to_path_buf()) {
+        self.follow_changed(file, &Changes::default(), read)
+    }
+
+    /// The same of a file that names others where it is changed so.
+    fn follow_changed(
+        &mut self,
+        file: &Path,
+        changes: &Changes,
+        read: impl FnOnce(&Path) -> Result<(), InputError>,
+    ) -> Result<(), InputError> {
+        if self.named.insert((file.to_path_buf(), format!("{changes:?}"))) {
             let (result, found) = files::listened(|| read(file));
             self.files.extend(found);
             result?;

@@ -83,10 +83,14 @@ impl CoverageMetrics {
             places: c.places.len(),
             cuts: c.strokes_cut(),
             crossings: c.cuts.len(),
+            raise_mm: (c.raise != 0.0).then_some(c.raise * 1e3),
             drive_m: c.drive(),
+            drive_s: 0.0,
+            estimated_s: None,
             optimal: usize::from(c.optimal),
             bound: (c.bound > 0).then_some(c.bound),
             solver_s: c.solver_s,
+            duration_s: None,
         }
     }
 }

@@ -256,8 +256,16 @@ pub struct CoverageMetrics {
     pub cuts: usize,
     /// Passes of a stroke from one place to another.
     pub crossings: usize,
+    /// How far the drawing is moved up its wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raise_mm: Option<f64>,
     /// Length of the ways between places.
     pub drive_m: f64,
+    /// How long the base drives to its first place and between places, roughly.
+    pub drive_s: f64,
+    /// How long a robot takes for all of it, roughly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated_s: Option<f64>,
     /// 1 where no choice among the places tried has fewer of them, else 0.
     pub optimal: usize,
     /// No choice among the places tried has fewer of them; absent where that wasn't asked.
@@ -265,6 +273,9 @@ pub struct CoverageMetrics {
     pub bound: Option<usize>,
     /// Time the computer took to choose among them.
     pub solver_s: f64,
+    /// Time the computer took to find the places, with the map of reach and planning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
 }
 
 /// The simulation.

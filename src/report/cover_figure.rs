@@ -33,6 +33,11 @@ pub struct CoverSketch<'a> {
     pub circle: Option<[f64; 3]>,
 }
 
+/// The way in, and those between places.
+fn ways(coverage: &Coverage) -> impl Iterator<Item = &Vec<BasePose>> {
+    std::iter::once(&coverage.way_in).filter(|w| !w.is_empty()).chain(&coverage.drives)
+}
+
 /// The plane of the picture: the wall's left end at the left, the artist below.
 struct Sight {
     right: Vector2<f64>,
@@ -49,8 +54,7 @@ impl Sight {
         let front = Vector2::new(right.y, -right.x);
         let mut all: Vec<Point2<f64>> = points.to_vec();
         let reach = 0.5 * sketch.footprint[0].hypot(sketch.footprint[1]);
-        let poses =
-            sketch.coverage.places.iter().map(|p| p.pose).chain(sketch.coverage.drives.iter().flatten().copied());
+        let poses = sketch.coverage.places.iter().map(|p| p.pose).chain(ways(sketch.coverage).flatten().copied());
         for p in poses {
             all.extend([right, front].iter().flat_map(|d| [p.center() + d * reach, p.center() - d * reach]));
         }
@@ -95,11 +99,20 @@ pub fn cover_svg(sketch: &CoverSketch) -> String {
             r##"<path d="{path}" fill="none" stroke="#4a4a4a" stroke-width="3" stroke-linecap="round"/>"##
         );
     }
-    for way in &sketch.coverage.drives {
+    for way in ways(sketch.coverage) {
         let path = sight.path(way.iter().map(BasePose::center));
         let _ = writeln!(
             body,
             r##"<path d="{path}" fill="none" stroke="#8a8a8a" stroke-width="1.5" stroke-dasharray="6 4"/>"##
+        );
+    }
+    if let Some(start) = sketch.coverage.way_in.first() {
+        let (x, y) = sight.at(&start.center());
+        let _ = writeln!(
+            body,
+            r##"<path d="{}Z" fill="none" stroke="#8a8a8a" stroke-dasharray="3 3"/><text x="{x:.1}" y="{:.1}" font-size="11" text-anchor="middle" fill="#6a6a6a">start</text>"##,
+            sight.path(base_corners(sketch, start)),
+            y + 4.0
         );
     }
     for k in 0..sketch.coverage.places.len() {
@@ -132,6 +145,12 @@ pub fn cover_svg(sketch: &CoverSketch) -> String {
     )
 }
 
+/// The corners of a base that stands at `pose`.
+fn base_corners(sketch: &CoverSketch, pose: &BasePose) -> [Point2<f64>; 4] {
+    let [l, w] = sketch.footprint.map(|s| 0.5 * s);
+    [(l, w), (-l, w), (-l, -w), (l, -w)].map(|(x, y)| pose.isometry() * Point2::new(x, y))
+}
+
 /// One place: its stretch of wall, its base, its arm, its circles.
 fn place(sketch: &CoverSketch, sight: &Sight, k: usize) -> String {
     let place = &sketch.coverage.places[k];
@@ -148,11 +167,10 @@ fn place(sketch: &CoverSketch, sight: &Sight, k: usize) -> String {
     let _ = writeln!(text, r#"<path d="{path}" fill="none" stroke="{color}" stroke-width="5" stroke-opacity="0.85"/>"#);
     let world = place.pose.isometry();
     let [l, w] = sketch.footprint.map(|s| 0.5 * s);
-    let corners = [(l, w), (-l, w), (-l, -w), (l, -w)].map(|(x, y)| world * Point2::new(x, y));
     let _ = writeln!(
         text,
         r#"<path d="{}Z" fill="{color}" fill-opacity="0.10" stroke="{color}" stroke-width="1.5"/>"#,
-        sight.path(corners)
+        sight.path(base_corners(sketch, &place.pose))
     );
     let front =
         sight.path([Point2::new(l, 0.5 * w), Point2::new(l + 0.08, 0.0), Point2::new(l, -0.5 * w)].map(|p| world * p));
@@ -202,7 +220,8 @@ mod tests {
             pieces: vec![],
         };
         let coverage = Coverage {
-            way_in: Vec::new(),
+            raise: 0.0,
+            way_in: vec![BasePose { x: 0.0, y: 0.0, heading: 0.0 }, place(0.5).pose],
             method: "map".into(),
             places: vec![place(0.5), place(-0.5)],
             cuts: vec![],
@@ -223,7 +242,12 @@ mod tests {
             circle: None,
         };
         let svg = cover_svg(&sketch);
-        assert!(svg.contains("a &lt; b: 2 places") && svg.matches("0 pieces").count() == 2 && !svg.contains("NaN"));
+        assert!(
+            svg.contains("a &lt; b: 2 places")
+                && svg.matches("0 pieces").count() == 2
+                && svg.contains(">start<")
+                && !svg.contains("NaN")
+        );
         // the artist stands below the wall, its left at the left
         let (sight, _) = Sight::of(&sketch);
         let (wall, base) = (sight.at(&Point2::new(3.0, 0.5)), sight.at(&Point2::new(2.0, 0.5)));

@@ -12,7 +12,7 @@ use crate::canvas::{mapped, mapping_onto, overlaid, own_layers};
 use crate::drawing::Drawing;
 use crate::exec::Journal;
 use crate::math::Digest;
-use crate::measure::{BeliefMetrics, DrawingMetrics, Laid, MappingMetrics};
+use crate::measure::{BeliefMetrics, DrawingMetrics, Laid, MappingMetrics, Metrics};
 use crate::mesh::TriMesh;
 use crate::pen::LayerPen;
 use crate::progress::Progress;
@@ -33,6 +33,27 @@ pub(super) struct Prepared {
     pub metrics: DrawingMetrics,
     /// Where a base stands for it; the drawing's strokes are then what is drawn from one place each.
     pub driving: Option<Driving>,
+}
+
+impl Prepared {
+    /// The scenario with its drawing at the height at which a cover of its wall wants it.
+    pub(super) fn settled(&self, scenario: &Scenario) -> Scenario {
+        let mut settled = scenario.clone();
+        if let Some(driving) = &self.driving {
+            settled.canvas.offset_mm[1] += driving.found.coverage.raise * 1e3;
+        }
+        settled
+    }
+
+    /// Figures of the drawing and of where a base stands for it.
+    pub(super) fn cover_metrics(&self, scenario: &Scenario) -> Result<Metrics, RunError> {
+        let robot = || scenario.robot.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let driving = self.driving.as_ref().ok_or_else(|| RunError::NoBase { what: "a cover", robot: robot() })?;
+        let mut metrics = Metrics::new(&scenario.name, scenario.seed);
+        metrics.drawing = Some(self.metrics.clone());
+        metrics.coverage = Some(driving.found.metrics());
+        Ok(metrics)
+    }
 }
 
 /// The drawing as it lies on the believed canvas.
@@ -156,6 +177,7 @@ impl Cache {
     pub(super) fn believed(&self, scenario: &Scenario, progress: &dyn Progress) -> Result<Arc<Believed>, RunError> {
         let make = || {
             let prepared = prepare(scenario, None, progress)?;
+            let scenario = &prepared.settled(scenario);
             let setup = Setup::load(scenario, prepared.drawing.clone(), prepared.pens.clone())?;
             believe(scenario, prepared, &setup, Until::End, None, progress)
         };

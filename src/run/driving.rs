@@ -72,9 +72,17 @@ pub(super) fn drive(
     pens: &[LayerPen],
     progress: &dyn Progress,
 ) -> Result<Option<Driving>, RunError> {
-    let cell = Cell::load(&scenario.robot)?;
+    let cell = Cell::load_changed(&scenario.robot, &scenario.change.robot)?;
     let Some(arm) = cell.arms.iter().find(|a| a.base.is_some()) else {
-        return scenario.coverage.as_ref().map_or(Ok(None), |_| Err(RunError::NoBase { robot: cell.name }));
+        let asked = [
+            (scenario.coverage.is_some(), "`[coverage]`"),
+            (scenario.drive.is_some(), "`[drive]`"),
+            (scenario.localisation.is_some(), "`[localisation]`"),
+        ];
+        return match asked.into_iter().find(|(is, _)| *is) {
+            Some((_, what)) => Err(RunError::NoBase { what, robot: cell.name }),
+            None => Ok(None),
+        };
     };
     let apart = [
         (scenario.touch.is_some(), "`belief = \"touch\"`"),
@@ -101,7 +109,7 @@ pub(super) fn driver(
     plan: &Arc<PlanOptions>,
 ) -> Result<DrivenStrokes, RunError> {
     let arm = &setup.cell.arms[0];
-    let base = arm.base.clone().ok_or_else(|| RunError::NoBase { robot: setup.cell.name.clone() })?;
+    let base = arm.base.clone().ok_or_else(|| RunError::NoBase { what: "a base", robot: setup.cell.name.clone() })?;
     let mapped = believed.mapped.as_ref().map(|m| &m.strokes).ok_or(RunError::WhileDrawing)?;
     let settings = scenario.drive.clone().unwrap_or_default();
     let places = driving
@@ -154,7 +162,7 @@ pub(super) fn on_base(
     scene: Arc<TrueScene>,
     middle: [f64; 2],
 ) -> Result<Simulation, RunError> {
-    let Some(base) = &arm.base else { return Err(RunError::NoBase { robot: arm.model.name.clone() }) };
+    let Some(base) = &arm.base else { return Err(RunError::NoBase { what: "a base", robot: arm.model.name.clone() }) };
     let localisation = scenario.localisation.clone().unwrap_or_default().options();
     let mobile = BaseSetup {
         base: base.clone(),

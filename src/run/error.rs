@@ -31,11 +31,23 @@ pub enum RunError {
     Input(#[from] InputError),
     /// The base would have to drive.
     #[error(
-        "`[coverage]` asks for a base that drives from place to place, and {robot} has none: take \"iiwa_ridgeback\""
+        "{what} is for a robot that drives from place to place, and {robot} has no base: take robot = \"iiwa_ridgeback\""
     )]
     NoBase {
+        /// What asks for it.
+        what: &'static str,
         /// Name of the robot.
         robot: String,
+    },
+    /// A wall wider than a robot that stands can draw on.
+    #[error(
+        "{robot} stands before the wall and has no base to drive along it, as robot = \"iiwa_ridgeback\" has: {source}"
+    )]
+    WallTooWide {
+        /// Name of the robot.
+        robot: String,
+        /// What it can't draw.
+        source: PlanError,
     },
     /// A base that drives, and something that goes with a robot that stands.
     #[error("{what} doesn't go with a base that drives from place to place")]

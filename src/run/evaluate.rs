@@ -1,6 +1,6 @@
 //! A scenario's figures without files and pictures.
 use super::RunError;
-use super::belief::Cache;
+use super::belief::{Cache, prepare};
 use super::perform::perform;
 use super::setup::Setup;
 use crate::exec::StopFlag;
@@ -14,8 +14,17 @@ use crate::scenario::Scenario;
 pub fn evaluate(scenario: &Scenario, cache: &Cache, progress: &dyn Progress) -> Result<Metrics, RunError> {
     let believed = cache.believed(scenario, progress)?;
     let prepared = &believed.prepared;
+    let scenario = &prepared.settled(scenario);
     let setup = Setup::load(scenario, prepared.drawing.clone(), prepared.pens.clone())?;
     Ok(perform(scenario, &setup, &believed, None, &StopFlag::default(), progress)?.metrics)
+}
+
+/// Where a base stands for a scenario's drawing, as figures: nothing is driven or drawn.
+///
+/// # Errors
+/// No robot that drives, or no places that do.
+pub fn evaluate_cover(scenario: &Scenario, progress: &dyn Progress) -> Result<Metrics, RunError> {
+    prepare(scenario, None, progress)?.cover_metrics(scenario)
 }
 
 #[cfg(test)]

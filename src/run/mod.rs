@@ -28,7 +28,7 @@ use crate::scenario::{Scenario, Sketch};
 
 pub use belief::Cache;
 pub use error::RunError;
-pub use evaluate::evaluate;
+pub use evaluate::{evaluate, evaluate_cover};
 
 use belief::{believe, prepare};
 use perform::perform;
@@ -43,6 +43,8 @@ const JOURNAL: &str = "journal";
 pub enum Until {
     /// To the drawing on its sheet.
     Drawing,
+    /// To the places where a base stands for it.
+    Cover,
     /// To the drawing on the canvas.
     Mapping,
     /// To the timed joint motion.
@@ -97,6 +99,16 @@ pub fn run(
         sheet.write(&prepared, out, &mut written)?;
         return finish(metrics, written, out);
     }
+    if until == Until::Cover {
+        let metrics = prepared.cover_metrics(scenario)?;
+        written.scenario(&toml, out)?;
+        if let Some(driving) = &prepared.driving {
+            products::write_places(&scenario.name, &driving.found, out, &mut written)?;
+        }
+        return finish(metrics, written, out);
+    }
+    let settled = prepared.settled(scenario);
+    let scenario = &settled;
     let setup = Setup::load(scenario, prepared.drawing.clone(), prepared.pens.clone())?;
     if until < Until::End {
         let believed = believe(scenario, prepared, &setup, until, None, progress)?;

@@ -11,8 +11,8 @@ use crate::canvas::{mapped, mapping_onto, own_layers};
 use crate::exec::{self, ArmStop, Both, Counter, Done, Journal, Listener};
 use crate::ink::{InkTrace, TraceInk};
 use crate::measure::{
-    BeliefMetrics, ContactMetrics, CoverageMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics,
-    SimMetrics, StrokeHeights, grid_shape, line_fit, side_errors, width_error,
+    BeliefMetrics, ContactMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
+    StrokeHeights, grid_shape, line_fit, side_errors, width_error,
 };
 use crate::plan::{Plan, ReachReport};
 use crate::progress::Progress;
@@ -88,7 +88,7 @@ fn conclude(
     let mut metrics = Metrics::new(&scenario.name, scenario.seed);
     metrics.drawing = Some(believed.prepared.metrics.clone());
     metrics.belief = believed.belief_metrics();
-    metrics.coverage = believed.prepared.driving.as_ref().map(|d| CoverageMetrics::of(&d.found.coverage));
+    metrics.coverage = believed.prepared.driving.as_ref().map(|d| d.found.metrics());
     metrics.mapping = believed.mapped.as_ref().map(|m| m.metrics.clone());
     let arms = done.iter().zip(&setup.cell.arms).enumerate().map(|(i, (d, arm))| {
         let planned: Vec<_> = believed.planning.iter().flat_map(|p| &p.timelines[i]).flatten().collect();

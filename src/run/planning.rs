@@ -10,7 +10,7 @@ use super::setup::Setup;
 use crate::exec::Journal;
 use crate::math::Rgb;
 use crate::mesh::TriMesh;
-use crate::plan::{self, ArmPlan, Plan, PlanOptions, ReachReport, Segment, VisitOrder};
+use crate::plan::{self, ArmPlan, Plan, PlanError, PlanOptions, ReachReport, Segment, VisitOrder};
 use crate::progress::Progress;
 use crate::robot::ArmModel;
 use crate::scenario::{Scenario, ToolSettings, options};
@@ -55,9 +55,15 @@ pub(super) fn plan_all(
     let drawing = believed.mapped.as_ref().map(|m| &m.strokes).ok_or(RunError::WhileDrawing)?;
     let planner = Planner { setup, believed, drawing, options, journal, progress };
     let planning = match &scenario.tools {
-        Some(tools) => planner.fetched(tools)?,
-        None => planner.by_hand()?,
+        Some(tools) => planner.fetched(tools),
+        None => planner.by_hand(),
     };
+    let planning = planning.map_err(|e| match e {
+        RunError::Plan(source @ PlanError::Unreachable { .. }) if setup.scene.wall.is_some() => {
+            RunError::WallTooWide { robot: setup.cell.name.clone(), source }
+        }
+        other => other,
+    })?;
     Ok(Planning { seconds: started.elapsed().as_secs_f64(), ..planning })
 }
 

@@ -259,7 +259,7 @@ pub(super) fn write_laid(
 }
 
 /// Writes where a base stands.
-fn write_places(name: &str, found: &Found, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
+pub(super) fn write_places(name: &str, found: &Found, out: &OutputDir, written: &mut Written) -> Result<(), RunError> {
     for file in cover::write(name, found, out)? {
         if file.extension().is_some_and(|e| e == "svg") {
             written.picture(file, "Where the base stands, from above, and what it draws from where");

@@ -33,7 +33,7 @@ pub(super) struct Setup {
 impl Setup {
     /// All that the scenario names.
     pub(super) fn load(scenario: &Scenario, drawing: Drawing, pens: Vec<LayerPen>) -> Result<Self, RunError> {
-        let mut cell = Cell::load(&scenario.robot)?;
+        let mut cell = Cell::load_changed(&scenario.robot, &scenario.change.robot)?;
         let parked = park(&mut cell, scenario)?;
         let kits = kits(&cell, scenario)?;
         let scene = scene_of(scenario)?;

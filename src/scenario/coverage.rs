@@ -69,6 +69,12 @@ pub struct CoverageSettings {
     /// How far the base may be from where it should stand and still reach everything and be clear.
     #[schemars(range(min = 0, max = 300))]
     pub margin_mm: f64,
+    /// How far the drawing may be moved down and up its wall for the fewest places: `[-200, 100]`; it stays where it lies when
+    /// absent. Heights are tried in steps of `map_spacing_mm`; of those with as few places the one that cuts fewest strokes,
+    /// then the one with the fewest passes, then the nearest to where the drawing lies. For `"map"` alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(inner(range(min = -5000, max = 5000))))]
+    pub raise_mm: Option<[f64; 2]>,
     /// Length and width of the base; a Ridgeback's by default.
     #[schemars(inner(range(min = 50, max = 5000)))]
     pub footprint_mm: [f64; 2],
@@ -96,6 +102,7 @@ impl Default for CoverageSettings {
             poses: Vec::new(),
             borders_mm: Vec::new(),
             margin_mm: 20.0,
+            raise_mm: None,
             footprint_mm: [960.0, 793.0],
             mount_mm: [120.0, 0.0, 731.0],
             map_spacing_mm: 25.0,
@@ -123,6 +130,7 @@ impl CoverageSettings {
         CoverOptions {
             method,
             borders: self.borders_mm.iter().copied().map(m).collect(),
+            raise: self.raise_mm.map(|r| r.map(m)),
             footprint: self.footprint_mm.map(m),
             mount: self.mount_mm.map(m),
             margin: m(self.margin_mm),
@@ -140,6 +148,15 @@ pub(super) fn check_coverage(c: &CoverageSettings, check: &Check) -> Result<(), 
     }
     if c.method == CoverKind::Circles && !c.borders_mm.is_empty() {
         return Err(check.sentence("coverage.borders_mm", "circles make their own borders: leave `borders_mm` out"));
+    }
+    if let Some([low, high]) = c.raise_mm {
+        if low > high {
+            return Err(check.wrong("coverage.raise_mm", format!("goes from low to high, not from {low} to {high}")));
+        }
+        if c.method != CoverKind::Map || !c.poses.is_empty() {
+            let message = "only `method = \"map\"` looks for a height: leave `raise_mm` out, and move the drawing by `canvas.offset_mm`";
+            return Err(check.sentence("coverage.raise_mm", message));
+        }
     }
     Ok(())
 }

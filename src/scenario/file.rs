@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::Rgb;
 use crate::surface::{FlattenOptions, MappingKind};
 
+use super::change::ChangeSettings;
 use super::coverage::CoverageSettings;
 use super::drive::DriveSettings;
 use super::localisation::LocalisationSettings;
@@ -69,6 +70,9 @@ pub struct ScenarioFile {
     /// How a mobile base finds out where it stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub localisation: Option<LocalisationSettings>,
+    /// Values of the robot's and of the scene's file that are changed.
+    #[serde(default, skip_serializing_if = "ChangeSettings::is_empty")]
+    pub change: ChangeSettings,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

@@ -5,6 +5,7 @@
 
 mod accept;
 mod assets;
+mod change;
 mod check;
 mod coverage;
 mod drawing;
@@ -25,6 +26,7 @@ mod truth;
 
 pub use accept::Unmet;
 pub use assets::{Asset, AssetKind, Assets};
+pub use change::ChangeSettings;
 pub use coverage::{CircleSettings, CoverKind, CoverageSettings};
 pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_color};
 pub use drive::DriveSettings;

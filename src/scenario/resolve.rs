@@ -10,6 +10,7 @@ use crate::measure::MetricPath;
 use crate::surface::{FlattenOptions, MappingKind};
 
 use super::assets::{AssetKind, Assets};
+use super::change::ChangeSettings;
 use super::check::Check;
 use super::coverage::{CoverageSettings, check_coverage};
 use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
@@ -107,6 +108,8 @@ pub struct Scenario {
     pub drive: Option<DriveSettings>,
     /// How a mobile base finds out where it stands.
     pub localisation: Option<LocalisationSettings>,
+    /// Values of the robot's and of the scene's file that are changed.
+    pub change: ChangeSettings,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -260,6 +263,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         coverage: typed.coverage,
         drive: typed.drive,
         localisation: typed.localisation,
+        change: typed.change,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -395,6 +399,7 @@ impl From<Scenario> for ScenarioFile {
             coverage: s.coverage,
             drive: s.drive,
             localisation: s.localisation,
+            change: s.change,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

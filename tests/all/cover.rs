@@ -7,6 +7,7 @@ use calamus::plan::{PlanJob, PlanOptions, plan};
 use calamus::progress::Silent;
 use calamus::report::OutputDir;
 use calamus::robot::Cell;
+use calamus::run::{Manner, Until, run};
 use calamus::scenario::{Override, Scenario};
 use calamus::surface::{BelievedCanvas, Scene, map_drawing, mapping_of};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -75,10 +76,50 @@ fn a_skyline_takes_two_places_and_each_part_is_planned_whole() {
     }
 }
 
+#[test]
+fn a_drawing_that_lies_too_high_is_moved_down_to_where_it_can_be_drawn() {
+    let small = ["coverage.poses=[]", "coverage.borders_mm=[]", "canvas.offset_mm=[0, 420]"];
+    let dir = tempfile::tempdir().unwrap();
+    let out = OutputDir::check(dir.path()).unwrap();
+    let too_high = cover(&scenario("wall_seams", &small), &out, &Silent).unwrap_err().to_string();
+    assert!(too_high.contains("the best place misses it by"), "{too_high}");
+    let free = scenario("wall_seams", &[small.as_slice(), &["coverage.raise_mm=[-500, 0]"]].concat());
+    let found = cover(&free, &out, &Silent).unwrap();
+    let raise = found.metrics.coverage.as_ref().unwrap().raise_mm.unwrap();
+    assert!((-500.0..=-50.0).contains(&raise) && found.coverage.places.len() == 1, "{raise}");
+    // nearest to where it lies: one step higher doesn't do
+    let higher = format!("canvas.offset_mm=[0, {}]", 420.0 + raise + 25.0);
+    assert!(cover(&scenario("wall_seams", &[small[0], small[1], &higher]), &out, &Silent).is_err());
+    // a run lays it there
+    run(&free, Until::Mapping, &Manner::default(), &out, &Silent).unwrap();
+    let mapped: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(dir.path().join("mapped.json")).unwrap()).unwrap();
+    let mut heights = Vec::new();
+    for stroke in mapped["layers"][0]["strokes"].as_array().unwrap() {
+        let targets = stroke["targets"].as_array().unwrap();
+        heights.extend(targets.iter().map(|t| t["position"][2].as_f64().unwrap()));
+    }
+    let top = heights.iter().copied().fold(0.0, f64::max);
+    assert!((top - (1.22 + 0.42 + 0.12 + raise * 1e-3)).abs() < 1e-6, "{top}");
+}
+
+#[test]
+fn the_authors_places_hold_the_frieze_and_take_longer_than_two() {
+    let theirs = figures("wall_authors", &[]);
+    assert_eq!(theirs.places, 5);
+    assert!(theirs.cuts > 10);
+    let own = figures("wall_frieze", &[]);
+    assert!(own.places == 2 && own.drive_s < theirs.drive_s && own.estimated_s < theirs.estimated_s);
+}
+
 fn told(sets: &[&str], name: &str) -> Output {
+    command_told("cover", sets, name)
+}
+
+fn command_told(what: &str, sets: &[&str], name: &str) -> Output {
     let dir = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_calamus"));
-    command.args(["cover", name, "-q", "--out"]).arg(dir.path().join("out"));
+    command.args([what, name, "-q", "--out"]).arg(dir.path().join("out"));
     command.current_dir(env!("CARGO_MANIFEST_DIR"));
     sets.iter().for_each(|s| {
         command.args(["--set", s]);
@@ -103,11 +144,64 @@ fn what_cant_be_is_one_line_and_exit_2() {
         ("wall_frieze", vec!["coverage.margin_mm=-1"], "`margin_mm` must be from 0 to 300, not -1"),
         ("wall_frieze", vec!["coverage.poses=[[0, 0]]"], "--set coverage.poses=[[0, 0]]: "),
         ("letter", vec![], "places to stand are found before a wall"),
+        // three ways to be wrong about height
+        ("wall_seams", vec!["coverage.raise_mm=[0, 100]"], "only `method = \"map\"` looks for a height"),
+        ("wall_frieze", vec!["coverage.raise_mm=[100, 0]"], "`raise_mm` goes from low to high, not from 100 to 0"),
+        (
+            "wall_seams",
+            vec!["coverage.poses=[]", "coverage.borders_mm=[]", "drawing.width_mm=1300"],
+            "it is 1300 mm high, and from one place the arm holds",
+        ),
+        // one metre of door for a base of 1030 mm with its margins
+        (
+            "wall_room",
+            vec![
+                "coverage.footprint_mm=[1400, 990]",
+                "coverage.poses=[[2000, 500, 0], [4500, -3200, 0]]",
+                "drawing.width_mm=500",
+                "canvas.offset_mm=[0, -50]",
+                "coverage.verify=false",
+            ],
+            "a base 1030 mm wide can't drive from place 1 to place 2: the door is 1000 mm wide",
+        ),
+        (
+            "wall_frieze",
+            vec!["change.scene.canvas.profile.points_mm=[[3000, 1300], [3000, -1300], [3500, -1300], [2500, 1000]]"],
+            "wall_wave.toml, changed: the profile crosses itself at",
+        ),
+        (
+            "wall_frieze",
+            vec!["change.scene.canvas.hight_mm=3"],
+            "changed: unknown key `hight_mm`: did you mean `height_mm`?",
+        ),
+        (
+            "wall_frieze",
+            vec!["change.robot.base.mount.stifness_n_m=3"],
+            "changed: unknown key `stifness_n_m`: did you mean `stiffness_n_m`?",
+        ),
+        ("wall_frieze", vec!["change.robo.base.radius_mm=3"], "unknown key `robo`: did you mean `robot`?"),
     ] {
         let output = told(&sets, name);
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{name} {sets:?}: {message}");
         assert!(message.contains(expected) && message.lines().count() == 1, "{name} {sets:?}: {message}");
+    }
+}
+
+#[test]
+fn a_robot_without_a_base_is_refused_where_one_is_asked_for() {
+    let fixed = "robot=iiwa_fixed";
+    for (name, sets, expected) in [
+        ("wall_frieze", vec![fixed], "`[coverage]` is for a robot that drives from place to place"),
+        ("letter", vec!["drive.speed_mm_s=100"], "`[drive]` is for a robot that drives"),
+        ("letter", vec!["localisation.sensor=lidar"], "`[localisation]` is for a robot that drives"),
+        ("letter", vec!["canvas.scene=wall_flat"], "has no base to drive along it, as robot = \"iiwa_ridgeback\" has"),
+    ] {
+        let output = command_told("run", &sets, name);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{name} {sets:?}: {message}");
+        assert!(message.contains(expected) && message.contains("iiwa_ridgeback"), "{name} {sets:?}: {message}");
+        assert_eq!(message.lines().count(), 1, "{name} {sets:?}: {message}");
     }
 }
 

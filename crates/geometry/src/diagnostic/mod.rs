@@ -2,6 +2,10 @@
 //!
 //! Every TOML file of the project is read here. Types that are read use `#[serde(deny_unknown_fields)]`, so that a
 //! misspelt key is refused with the nearest known one.
+mod changes;
+
+pub use changes::Changes;
+
 use crate::files;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +30,14 @@ pub enum ConfigError {
         file: PathBuf,
         /// 1-based line.
         line: usize,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+    /// Its text is wrong once another file has changed it.
+    #[error("{}, changed: {message}", file.display())]
+    Changed {
+        /// The file.
+        file: PathBuf,
         /// What is wrong and what would be right.
         message: String,
     },

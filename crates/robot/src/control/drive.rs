@@ -62,6 +62,20 @@ impl DriveOptions {
             ..self.clone()
         }
     }
+
+    /// Time that a base which goes as told takes along `stops`, s, from where it stands.
+    pub fn duration(&self, from: &BasePose, stops: &[BasePose]) -> f64 {
+        let mut at = *from;
+        let mut time = 0.0;
+        for stop in stops {
+            for turns in [false, true] {
+                let piece = Piece::new(&at, stop, turns, self);
+                time += piece.duration();
+                at = piece.to;
+            }
+        }
+        time
+    }
 }
 
 /// Where a base is to drive: to each pose in turn, first there, then round.
@@ -324,6 +338,8 @@ mod tests {
         let turned = (pose.yaw - 3.0).rem_euclid(std::f64::consts::TAU);
         assert!(turned.min(std::f64::consts::TAU - turned) <= options.yaw_tolerance);
         assert!(fastest <= options.speed + 1e-12 && fastest > 0.9 * options.speed);
+        let foretold = options.duration(&BasePose::default(), &stops);
+        assert!((time - foretold).abs() < 0.02 * foretold, "{time} {foretold}");
     }
 
     #[test]

@@ -38,7 +38,7 @@ use super::base::{BaseFile, BaseModel};
 use super::gripper::{Gripper, GripperFile};
 use super::urdf::{UrdfArm, load_with_notes};
 use super::{ArmModel, JointKind, JointVector, RobotError, UrdfOptions, Visual, VisualShape};
-use crate::diagnostic::{self, ConfigError};
+use crate::diagnostic::{self, Changes, ConfigError};
 use crate::files;
 use crate::math::{Pose, Rgb};
 
@@ -160,9 +160,18 @@ impl PoseFile {
 impl Cell {
     /// Reads a robot file and the URDFs it names, relative to it.
     pub fn load(file: &Path) -> Result<Self, RobotError> {
+        Self::load_changed(file, &Changes::default())
+    }
+
+    /// The same with values of the robot file changed.
+    pub fn load_changed(file: &Path, changes: &Changes) -> Result<Self, RobotError> {
         let unreadable = |source| ConfigError::Unreadable { file: file.to_path_buf(), source };
         let text = files::read_text(file).map_err(unreadable)?;
-        Self::parse(&text, file)
+        let config = |e| match e {
+            RobotError::Config(c) => Ok(c),
+            other => Err(other),
+        };
+        changes.with(&text, file, |text| Self::parse(text, file), config)
     }
 
     /// Reads a robot from TOML text; paths are relative to `file`, which is named in errors.

@@ -6,6 +6,7 @@ mod heights;
 mod laid;
 mod mapped;
 mod projection;
+mod random_profile;
 mod scene;
 mod shape;
 mod torn;

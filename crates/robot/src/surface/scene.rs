@@ -28,7 +28,7 @@ use super::mapped::Mapping;
 use super::projection::Projection;
 use super::shape::{ShapeError, ShapeFile};
 use super::wall::Wall;
-use crate::diagnostic::{self, ConfigError};
+use crate::diagnostic::{self, Changes, ConfigError};
 use crate::files;
 use crate::math::{Pose, Rgb, frame_from_axes};
 use crate::mesh::{MeshFileError, TriMesh};
@@ -113,9 +113,21 @@ impl Scene {
     /// Unknown or missing keys, sizes that are not positive, directions that are zero or parallel, and a sheet whose
     /// centre has no canvas behind it, each with file and line; and a mesh file that can't be read.
     pub fn read(file: &Path) -> Result<Self, SceneError> {
+        Self::read_changed(file, &Changes::default())
+    }
+
+    /// The same with values of the scene file changed.
+    ///
+    /// # Errors
+    /// Those of [`Scene::read`].
+    pub fn read_changed(file: &Path, changes: &Changes) -> Result<Self, SceneError> {
         let text =
             files::read_text(file).map_err(|source| ConfigError::Unreadable { file: file.to_path_buf(), source })?;
-        Self::parse(&text, file)
+        let config = |e| match e {
+            SceneError::Config(c) => Ok(c),
+            other => Err(other),
+        };
+        changes.with(&text, file, |text| Self::parse(text, file), config)
     }
 
     /// Parses the text of a scene file; `file` is named in errors and gives the folder of mesh files.

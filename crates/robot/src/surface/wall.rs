@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry2, Point2};
 use serde::Deserialize;
 
+use super::random_profile::RandomFile;
 use super::shape::ShapeError;
 use crate::files;
 use crate::math::Pose;
@@ -53,7 +54,7 @@ impl Wall {
     }
 }
 
-/// A profile in a scene file: one of the four.
+/// A profile in a scene file: one of the five.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ProfileFile {
@@ -63,6 +64,7 @@ pub(super) struct ProfileFile {
     spline_mm: Option<Vec<[f64; 2]>>,
     arc: Option<ArcFile>,
     file: Option<PathBuf>,
+    random: Option<RandomFile>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -89,18 +91,25 @@ fn metres(points: &[[f64; 2]]) -> Vec<Point2<f64>> {
     points.iter().map(|[x, y]| Point2::new(x / 1000.0, y / 1000.0)).collect()
 }
 
-fn wrong(key: &'static str, message: impl Into<String>) -> ShapeError {
+pub(super) fn wrong(key: &'static str, message: impl Into<String>) -> ShapeError {
     ShapeError::Key { key, message: message.into() }
 }
 
 impl ProfileFile {
     /// The curve, m; `scene` gives the folder of its file.
     fn curve(&self, scene: &Path, step: f64) -> Result<ProfileCurve, ShapeError> {
-        let given = [self.points_mm.is_some(), self.spline_mm.is_some(), self.arc.is_some(), self.file.is_some()];
+        let curved = self.spline_mm.is_some() || self.arc.is_some() || self.random.is_some();
+        let given = [
+            self.points_mm.is_some(),
+            self.spline_mm.is_some(),
+            self.arc.is_some(),
+            self.file.is_some(),
+            self.random.is_some(),
+        ];
         if given.iter().filter(|g| **g).count() != 1 {
-            return Err(wrong("profile", "a profile is one of points_mm, spline_mm, arc and file"));
+            return Err(wrong("profile", "a profile is one of points_mm, spline_mm, arc, file and random"));
         }
-        if self.fillet_mm != 0.0 && (self.spline_mm.is_some() || self.arc.is_some()) {
+        if self.fillet_mm != 0.0 && curved {
             return Err(wrong("profile.fillet_mm", "fillet_mm rounds the corners of points_mm or of a file alone"));
         }
         let fillet = self.fillet_mm / 1000.0;
@@ -112,6 +121,8 @@ impl ProfileFile {
             let center = metres(&[arc.center_mm])[0];
             let (from, to) = (arc.from_deg.to_radians(), arc.to_deg.to_radians());
             ProfileShape::Arc { center, radius: arc.radius_mm / 1000.0, from, to }
+        } else if let Some(random) = &self.random {
+            random.shape()?
         } else {
             let file = self.file.as_deref().unwrap_or(Path::new(""));
             let file = scene.parent().unwrap_or(Path::new("")).join(file);

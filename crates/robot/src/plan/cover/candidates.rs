@@ -43,6 +43,8 @@ pub(super) struct Asked<'a> {
     pub ink: &'a Ink,
     pub reach: &'a PenReach,
     pub options: &'a CoverOptions,
+    /// How much higher than it lies the ink is asked about, m.
+    raise: f64,
     /// Points and normals half a column apart: of column c they are 2 c, 2 c + 1 and 2 c + 2.
     samples: Vec<(Point2<f64>, Vector2<f64>)>,
     /// How deep the pen is pressed, m.
@@ -56,13 +58,18 @@ impl<'a> Asked<'a> {
             (wall.profile.at(s), wall.profile.normal(s))
         };
         let samples = (0..=2 * ink.columns.len()).map(at).collect();
-        Self { ink, reach, options, samples, press }
+        Self { ink, reach, options, raise: 0.0, samples, press }
+    }
+
+    /// The same of ink that lies `raise` m higher.
+    pub fn raised(self, raise: f64) -> Self {
+        Self { raise, ..self }
     }
 
     /// Whether all ink of a column is reached by an arm whose first axis stands at `axis`, on a base whose front is `front`.
     fn column(&self, column: usize, axis: &Point2<f64>, front: &Vector2<f64>) -> bool {
         let Some(heights) = self.ink.columns[column] else { return true };
-        let (m, low) = (self.options.margin, self.options.mount[2]);
+        let (m, low) = (self.options.margin, self.options.mount[2] - self.raise);
         self.samples[2 * column..=2 * column + 2].iter().all(|(point, normal)| {
             let [across, along] = in_pen_frame(point, normal, axis);
             -normal.dot(front) >= FRONT
@@ -98,13 +105,30 @@ impl<'a> Asked<'a> {
     pub fn missing(&self, column: usize, candidates: &[Candidate]) -> Option<f64> {
         let heights = self.ink.columns[column]?;
         let (point, normal) = self.samples[2 * column + 1];
-        let low = self.options.mount[2];
+        let low = self.options.mount[2] - self.raise;
         let missed = |c: &Candidate| {
             let [across, along] = in_pen_frame(&point, &normal, &c.axis);
             heights.iter().map(|z| self.reach.distance([across, z - low, along])).fold(0.0, f64::max)
         };
         let near = candidates.iter().filter(|c| (c.axis - point).norm() < FAR);
         near.map(missed).min_by(f64::total_cmp)
+    }
+
+    /// What to do about ink between `heights` (m, world) that is missed.
+    pub fn too_high(&self, heights: [f64; 2]) -> String {
+        let own = heights[1] - heights[0];
+        let low = self.options.mount[2];
+        match self.reach.tallest(self.options.margin, self.press) {
+            Some([a, b]) if b - a < own => format!(
+                "it is {:.0} mm high, and from one place the arm holds {:.0} mm, {:.0} to {:.0} mm over the floor: draw it less high, \
+                 or as several drawings",
+                own * 1e3,
+                (b - a) * 1e3,
+                (low + a) * 1e3,
+                (low + b) * 1e3
+            ),
+            _ => "draw lower, higher or less high".into(),
+        }
     }
 }
 

@@ -254,6 +254,7 @@ mod tests {
         let pose = BasePose { x: 0.0, y: 0.0, heading: 0.0 };
         let places = shares.pieces.into_iter().zip(spans).map(|(pieces, s)| Place { pose, stretch: *s, pieces });
         Coverage {
+            raise: 0.0,
             way_in: Vec::new(),
             method: "map".into(),
             places: places.collect(),

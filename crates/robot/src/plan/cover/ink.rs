@@ -90,6 +90,13 @@ impl Ink {
         if strokes.is_empty() { Err(CoverError::NoInk) } else { Ok(Self { strokes, columns }) }
     }
 
+    /// The same ink, `raise` m higher.
+    pub fn raised(&self, raise: f64) -> Self {
+        let mut strokes = self.strokes.clone();
+        strokes.iter_mut().flat_map(|s| &mut s.samples).for_each(|s| s.target.position.z += raise);
+        Self { strokes, columns: self.columns.iter().map(|c| c.map(|h| h.map(|z| z + raise))).collect() }
+    }
+
     /// First and last column with ink.
     pub fn ends(&self) -> (usize, usize) {
         let inked = |c: &Option<[f64; 2]>| c.is_some();

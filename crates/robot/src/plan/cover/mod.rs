@@ -13,6 +13,7 @@ mod ink;
 mod options;
 mod pen_reach;
 mod place;
+mod raise;
 mod solve;
 mod sweep;
 mod union;

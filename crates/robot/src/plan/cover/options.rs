@@ -50,6 +50,8 @@ pub struct CoverOptions {
     pub method: CoverMethod,
     /// Straight seams at these arc lengths of the wall, in place of free ones: one fewer than places.
     pub borders: Vec<f64>,
+    /// How far the drawing may be moved down and up its wall for the fewest places; where it lies when absent. For the map alone.
+    pub raise: Option<[f64; 2]>,
     /// Length and width of the base.
     pub footprint: [f64; 2],
     /// Where the arm's base frame stands on the base: forward, to the left, over the floor.

@@ -113,6 +113,28 @@ impl PenReach {
         self.free.iter().map(gap).fold(f64::INFINITY, f64::min).sqrt()
     }
 
+    /// The tallest upright line that is held with a margin (m) about it, pressed by as much as `press` (m): its ends, m over the arm's
+    /// base frame.
+    pub fn tallest(&self, margin: f64, press: f64) -> Option<[f64; 2]> {
+        let mut best: Option<[f64; 2]> = None;
+        for l in 0..self.size[2] {
+            let along = self.grid.coordinate(2, l);
+            let mut from = None;
+            for j in 0..self.size[1] {
+                let z = self.grid.coordinate(1, j);
+                if !self.holds([-margin, z, along - margin], [margin, z, along + margin + press]) {
+                    from = None;
+                    continue;
+                }
+                let low = *from.get_or_insert(z);
+                if best.is_none_or(|b| z - low > b[1] - b[0]) {
+                    best = Some([low, z]);
+                }
+            }
+        }
+        best
+    }
+
     /// Lowest and highest that can be drawn at all, m over the arm's base frame.
     pub fn heights(&self) -> Option<[f64; 2]> {
         let fold = |f: fn(f64, f64) -> f64, start: f64| self.free.iter().map(|p| p[1]).fold(start, f);
@@ -137,6 +159,7 @@ mod tests {
         let options = CoverOptions {
             method: CoverMethod::Map,
             borders: vec![],
+            raise: None,
             footprint: [0.96, 0.793],
             mount: [0.12, 0.0, 0.731],
             margin: 0.0,
@@ -156,6 +179,10 @@ mod tests {
         assert!(reach.holds([0.5, 0.3, 0.4], [0.5, 0.3, 0.4]) && reach.holds([-0.5, 0.3, 0.4], [-0.5, 0.3, 0.4]));
         assert!(!reach.holds([0.0, 0.3, 0.8], [0.0, 0.3, 0.8]) && !reach.holds([-0.7, 0.3, 0.5], [0.0, 0.3, 0.5]));
         assert!((reach.distance([0.0, 0.3, 0.8]) - 0.1).abs() < 1e-9);
+        // a line before the middle, 0.5 away, is in the shell up to 0.6; nearer ones begin higher
+        let [low, high] = reach.tallest(0.0, 0.0).unwrap();
+        assert!(low < 0.3 && high >= 0.6, "{low} {high}");
+        assert!(reach.tallest(0.4, 0.0).is_none());
     }
 
     #[test]

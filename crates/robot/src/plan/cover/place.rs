@@ -107,6 +107,9 @@ pub struct Cut {
 pub struct Coverage {
     /// `map`, `circles` or `poses`.
     pub method: String,
+    /// How far the drawing is moved up its wall for it, m.
+    #[serde(default)]
+    pub raise: f64,
     /// In the order of drawing.
     pub places: Vec<Place>,
     /// In the order of the drawing's strokes.

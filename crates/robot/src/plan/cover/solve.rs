@@ -12,6 +12,7 @@ use super::ink::{COLUMN, Ink};
 use super::options::{BasePose, CoverMethod, CoverOptions};
 use super::pen_reach::PenReach;
 use super::place::{Coverage, Piece, Place};
+use super::raise::raised;
 use super::sweep::sweep;
 use super::union::{Fewest, fewest};
 use super::verify::verify;
@@ -91,7 +92,7 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
         let seams = borders(&found.iter().map(|c| c.span).collect::<Vec<_>>());
         let chosen = Chosen { places, optimal: false, bound: 0 };
         let mut coverage = told(job, &ink, "circles", chosen, &seams)?;
-        coverage.places.retain(|p| !p.pieces.is_empty());
+        without_idle(&mut coverage);
         coverage.solver_s = solver_s;
         coverage.drives = coverage.places.windows(2).map(|w| vec![w[0].pose, w[1].pose]).collect();
         return Ok(coverage);
@@ -102,7 +103,13 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
     let asked = Asked::new(job.wall, &ink, &reach, options, job.plan.press.largest());
     let mut coverage = match &options.method {
         CoverMethod::Poses(poses) => by_hand(job, &asked, &floor, poses, hear)?,
-        _ => by_map(job, &asked, &floor, hear)?,
+        _ => {
+            let all = candidates(job.wall, &ink, &floor, options);
+            match options.raise {
+                Some(range) => raised(job, (&ink, &reach), &all, range, hear)?,
+                None => by_map(job, &asked, &all, hear)?,
+            }
+        }
     };
     hear("drives");
     if let (Some(start), Some(first)) = (&job.start, coverage.places.first()) {
@@ -115,6 +122,15 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
         coverage.drives.push(way(&floor, &a, &b).ok_or_else(no_way)?);
     }
     Ok(coverage)
+}
+
+/// Leaves out places that draw nothing.
+fn without_idle(coverage: &mut Coverage) {
+    let kept: Vec<usize> = (0..coverage.places.len()).filter(|k| !coverage.places[*k].pieces.is_empty()).collect();
+    coverage.places = kept.iter().map(|k| coverage.places[*k].clone()).collect();
+    for cut in &mut coverage.cuts {
+        cut.places = cut.places.map(|p| kept.binary_search(&p).unwrap_or(0));
+    }
 }
 
 /// The doors, for who can't get through.
@@ -130,7 +146,8 @@ fn narrow(wall: &Wall) -> String {
 fn reach_of(job: &CoverJob, ink: &Ink, map: &mut MapMaker) -> Result<PenReach, CoverError> {
     let arm = PenReach::arm(job.arm, job.cover);
     let body = [PenReach::body(job.cover)?];
-    let grid = PenReach::grid(job.cover, ink.band());
+    let ([low, high], [down, up]) = (ink.band(), job.cover.raise.unwrap_or([0.0, 0.0]));
+    let grid = PenReach::grid(job.cover, [low + down.min(0.0), high + up.max(0.0)]);
     let probe = ReachProbe::new(&arm, job.home, &body, &grid.axis, job.plan, PATCH)?;
     Ok(PenReach::new(&map(&probe, &grid)))
 }
@@ -161,6 +178,7 @@ fn told(job: &CoverJob, ink: &Ink, method: &str, chosen: Chosen, borders: &[f64]
         method: method.into(),
         places: places.map(|((pose, stretch), pieces)| Place { pose: *pose, stretch: *stretch, pieces }).collect(),
         cuts: shares.cuts,
+        raise: 0.0,
         way_in: Vec::new(),
         drives: Vec::new(),
         borders: borders.to_vec(),
@@ -176,8 +194,13 @@ fn span(s: &Stretch) -> [f64; 2] {
     [s.first as f64 * COLUMN, (s.last + 1) as f64 * COLUMN]
 }
 
-fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&str)) -> Result<Coverage, CoverError> {
-    let all = candidates(job.wall, asked.ink, floor, job.cover);
+/// The best cover by the candidates `all`, planned until all of it can be drawn.
+pub(super) fn by_map(
+    job: &CoverJob,
+    asked: &Asked,
+    all: &[Candidate],
+    hear: &mut dyn FnMut(&str),
+) -> Result<Coverage, CoverError> {
     let none = BTreeSet::new();
     let of = |k: usize, blocked: &BTreeSet<usize>| asked.stretches(&all[k], k, blocked);
     let mut stretches: Vec<Vec<Stretch>> = {
@@ -190,7 +213,7 @@ fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&st
     for round in 1..=ROUNDS {
         let started = Instant::now();
         let flat: Vec<Stretch> = stretches.iter().flatten().copied().collect();
-        let swept = sweep(asked.ink, &flat).map_err(|column| no_place(asked, &all, &flat, column))?;
+        let swept = sweep(asked.ink, &flat).map_err(|column| no_place(asked, all, &flat, column))?;
         if round == 1 {
             // were what each place misses between its ends reached too, no cover could need more
             let hull = |s: &Vec<Stretch>| Some(Stretch { last: s.last()?.last, ..*s.first()? });
@@ -202,13 +225,13 @@ fn by_map(job: &CoverJob, asked: &Asked, floor: &Floor, hear: &mut dyn FnMut(&st
         let union = if whole { None } else { fewest(asked.ink, &stretches) };
         bound = union.as_ref().map_or(bound, |u| bound.max(if round == 1 { u.bound } else { 0 }));
         let (mut coverage, used) = match union {
-            Some(u) if u.places.len() < swept.stretches.len() => joined(job, asked.ink, &all, &stretches, u)?,
+            Some(u) if u.places.len() < swept.stretches.len() => joined(job, asked.ink, all, &stretches, u)?,
             _ => {
                 let places: Vec<(BasePose, [f64; 2])> =
                     swept.stretches.iter().map(|s| (all[s.place].pose, span(s))).collect();
                 let chosen = Chosen { optimal: places.len() == bound, places, bound };
                 let mut coverage = told(job, asked.ink, "map", chosen, &job.cover.borders)?;
-                let used = shortest(asked.ink, &mut coverage, &all, &flat);
+                let used = shortest(asked.ink, &mut coverage, all, &flat);
                 (coverage, used)
             }
         };
@@ -336,7 +359,7 @@ fn no_place(asked: &Asked, all: &[Candidate], flat: &[Stretch], column: usize) -
         (None, _) => "the base can't stand before it".to_string(),
         (_, None) => "the arm can't draw on an upright wall".to_string(),
         (Some(gap), _) if gap > 1e-3 => {
-            format!("the best place misses it by {:.0} mm; draw lower, higher or less high", gap * 1e3)
+            format!("the best place misses it by {:.0} mm; {}", gap * 1e3, asked.too_high(heights))
         }
         _ => format!("it is reached, but not with a margin of {:.0} mm", asked.options.margin * 1e3),
     };

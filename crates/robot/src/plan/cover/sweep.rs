@@ -81,6 +81,24 @@ impl Spans {
     }
 }
 
+/// How few stretches hold all ink; `None` where all together don't. To take the one that reaches farthest, again and again, is exact.
+pub(super) fn fewest_stretches(ink: &Ink, stretches: &[Stretch]) -> Option<usize> {
+    let list = undominated(stretches);
+    let mut count = 0;
+    let mut open = ink.next(0);
+    let mut k = 0;
+    while let Some(column) = open {
+        // both ends rise along the list
+        while k + 1 < list.len() && list[k + 1].first <= column {
+            k += 1;
+        }
+        let reached = list.get(k).filter(|s| s.first <= column && s.last >= column)?;
+        count += 1;
+        open = ink.next(reached.last + 1);
+    }
+    Some(count)
+}
+
 /// The cover with the fewest stretches; of these the one that cuts the fewest strokes; of these the one with the fewest passes.
 /// The error is the first column with ink that no stretch holds.
 pub(super) fn sweep(ink: &Ink, stretches: &[Stretch]) -> Result<Swept, usize> {
@@ -237,9 +255,12 @@ mod tests {
             match (sweep(&ink, &stretches), brute(&ink, &kept)) {
                 (Ok(s), Some((count, cut, crossings))) => {
                     prop_assert_eq!((s.stretches.len(), s.cut), (count, cut));
+                    prop_assert_eq!(fewest_stretches(&ink, &stretches), Some(count));
                     prop_assert_eq!(s.crossings, crossings);
                 }
-                (Err(column), None) => prop_assert!(ink.columns[column].is_some()),
+                (Err(column), None) => {
+                    prop_assert!(ink.columns[column].is_some() && fewest_stretches(&ink, &stretches).is_none());
+                }
                 (a, b) => prop_assert!(false, "{a:?} {b:?}"),
             }
         }
