@@ -250,7 +250,8 @@ fn summary(found: &Found, seconds: f64, out: &OutputDir) -> String {
         );
     }
     if c.raise != 0.0 {
-        let _ = writeln!(text, "height     the drawing is moved {:.0} mm up", c.raise * 1e3);
+        let way = if c.raise > 0.0 { "up" } else { "down" };
+        let _ = writeln!(text, "height     the drawing is moved {:.0} mm {way}", c.raise.abs() * 1e3);
     }
     let _ = writeln!(
         text,

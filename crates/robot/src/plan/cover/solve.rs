@@ -94,6 +94,8 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
         let mut coverage = told(job, &ink, "circles", chosen, &seams)?;
         without_idle(&mut coverage);
         coverage.solver_s = solver_s;
+        let first = coverage.places.first().map(|p| p.pose);
+        coverage.way_in = job.start.into_iter().zip(first).flat_map(|(start, first)| [start, first]).collect();
         coverage.drives = coverage.places.windows(2).map(|w| vec![w[0].pose, w[1].pose]).collect();
         return Ok(coverage);
     }
