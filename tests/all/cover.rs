@@ -105,9 +105,15 @@ fn a_drawing_that_lies_too_high_is_moved_down_to_where_it_can_be_drawn() {
 
 #[test]
 fn the_authors_places_hold_the_frieze_and_take_longer_than_two() {
-    let theirs = figures("wall_authors", &[]);
+    let dir = tempfile::tempdir().unwrap();
+    let covered = cover(&scenario("wall_authors", &[]), &OutputDir::check(dir.path()).unwrap(), &Silent).unwrap();
+    let (theirs, drawing) = (covered.metrics.coverage.unwrap(), covered.metrics.drawing.unwrap());
     assert_eq!(theirs.places, 5);
     assert!(theirs.cuts > 10);
+    // what their table of times comes to: 3.0 s a stroke and 6.0 mm/s
+    let table = 3.0 * (drawing.strokes + theirs.crossings) as f64 + drawing.length_m / 0.006;
+    let ours = theirs.estimated_s.unwrap() - theirs.drive_s;
+    assert!((ours / table - 1.0).abs() < 0.05, "{ours} {table}");
     let own = figures("wall_frieze", &[]);
     assert!(own.places == 2 && own.drive_s < theirs.drive_s && own.estimated_s < theirs.estimated_s);
 }

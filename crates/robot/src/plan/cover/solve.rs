@@ -80,24 +80,7 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
     let ink = Ink::new(job.drawing, job.mapping, job.wall)?;
     let floor = Floor::new(job.wall, job.obstacles, options);
     if let CoverMethod::Circles { radius, offset, base } = options.method {
-        let started = Instant::now();
-        let found = circles(job.wall, radius, offset, base, options.candidate_spacing);
-        let found = found.map_err(|s| CoverError::NoPlace {
-            along: [s, s],
-            heights: ink.band(),
-            missing: "no circle with a clear base covers the wall there".into(),
-        })?;
-        let solver_s = started.elapsed().as_secs_f64();
-        let places: Vec<_> = found.iter().map(|c| (c.pose, c.span)).collect();
-        let seams = borders(&found.iter().map(|c| c.span).collect::<Vec<_>>());
-        let chosen = Chosen { places, optimal: false, bound: 0 };
-        let mut coverage = told(job, &ink, "circles", chosen, &seams)?;
-        without_idle(&mut coverage);
-        coverage.solver_s = solver_s;
-        let first = coverage.places.first().map(|p| p.pose);
-        coverage.way_in = job.start.into_iter().zip(first).flat_map(|(start, first)| [start, first]).collect();
-        coverage.drives = coverage.places.windows(2).map(|w| vec![w[0].pose, w[1].pose]).collect();
-        return Ok(coverage);
+        return by_circles(job, &ink, [radius, offset, base]);
     }
     hear("reach of the arm");
     let reach = reach_of(job, &ink, map)?;
@@ -124,6 +107,26 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
         coverage.drives.push(way(&floor, &a, &b).ok_or_else(no_way)?);
     }
     Ok(coverage)
+}
+
+/// The dissertation's circles: neither planned, nor kept clear of on the drive.
+fn by_circles(job: &CoverJob, ink: &Ink, [radius, offset, base]: [f64; 3]) -> Result<Coverage, CoverError> {
+    let started = Instant::now();
+    let found = circles(job.wall, radius, offset, base, job.cover.candidate_spacing);
+    let found = found.map_err(|s| CoverError::NoPlace {
+        along: [s, s],
+        heights: ink.band(),
+        missing: "no circle with a clear base covers the wall there".into(),
+    })?;
+    let solver_s = started.elapsed().as_secs_f64();
+    let places: Vec<_> = found.iter().map(|c| (c.pose, c.span)).collect();
+    let seams = borders(&found.iter().map(|c| c.span).collect::<Vec<_>>());
+    let mut coverage = told(job, ink, "circles", Chosen { places, optimal: false, bound: 0 }, &seams)?;
+    without_idle(&mut coverage);
+    let first = coverage.places.first().map(|p| p.pose);
+    let way_in = job.start.into_iter().zip(first).flat_map(|(start, first)| [start, first]).collect();
+    let drives = coverage.places.windows(2).map(|w| vec![w[0].pose, w[1].pose]).collect();
+    Ok(Coverage { way_in, drives, solver_s, ..coverage })
 }
 
 /// Leaves out places that draw nothing.
