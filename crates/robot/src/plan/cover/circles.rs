@@ -1,23 +1,58 @@
 //! The dissertation's own method, to compare: circles on the plan of the wall, chosen greedily (section VII.A.3, algorithm 1).
 //!
 //! US 12,569,997 B2 claims it. Candidates lie on a lattice, where the dissertation draws them at random.
+use std::time::Instant;
+
 use nalgebra::{Point2, Vector2};
 
+use super::error::CoverError;
+use super::ink::Ink;
 use super::options::BasePose;
+use super::place::Coverage;
+use super::solve::{Chosen, CoverJob, told};
 use crate::surface::Wall;
 
 /// Distance between points of the wall, m.
 const POINTS: f64 = 0.01;
 
+/// The dissertation's circles: neither planned, nor kept clear of on the drive.
+pub(super) fn by_circles(job: &CoverJob, ink: &Ink, [radius, offset, base]: [f64; 3]) -> Result<Coverage, CoverError> {
+    let started = Instant::now();
+    let found = circles(job.wall, radius, offset, base, job.cover.candidate_spacing);
+    let found = found.map_err(|s| CoverError::NoPlace {
+        along: [s, s],
+        heights: ink.band(),
+        missing: "no circle with a clear base covers the wall there".into(),
+    })?;
+    let solver_s = started.elapsed().as_secs_f64();
+    let places: Vec<_> = found.iter().map(|c| (c.pose, c.span)).collect();
+    let seams = borders(&found.iter().map(|c| c.span).collect::<Vec<_>>());
+    let mut coverage = told(job, ink, "circles", Chosen { places, optimal: false, bound: 0 }, &seams)?;
+    without_idle(&mut coverage);
+    let first = coverage.places.first().map(|p| p.pose);
+    let way_in = job.start.into_iter().zip(first).flat_map(|(start, first)| [start, first]).collect();
+    let drives = coverage.places.windows(2).map(|w| vec![w[0].pose, w[1].pose]).collect();
+    Ok(Coverage { way_in, drives, solver_s, ..coverage })
+}
+
+/// Leaves out places that draw nothing.
+fn without_idle(coverage: &mut Coverage) {
+    let kept: Vec<usize> = (0..coverage.places.len()).filter(|k| !coverage.places[*k].pieces.is_empty()).collect();
+    coverage.places = kept.iter().map(|k| coverage.places[*k].clone()).collect();
+    for cut in &mut coverage.cuts {
+        cut.places = cut.places.map(|p| kept.binary_search(&p).unwrap_or(0));
+    }
+}
+
 /// A circle: where its base stands, and the arc lengths of the wall between its outermost points, m.
-pub(super) struct Circle {
+struct Circle {
     pub pose: BasePose,
     pub span: [f64; 2],
 }
 
 /// Circles of `radius` that cover all of the wall, each with a base `offset` behind its centre whose circle `base` is clear of
 /// the wall; in their order along it. The error is the arc length of a point that none covers.
-pub(super) fn circles(wall: &Wall, radius: f64, offset: f64, base: f64, spacing: f64) -> Result<Vec<Circle>, f64> {
+fn circles(wall: &Wall, radius: f64, offset: f64, base: f64, spacing: f64) -> Result<Vec<Circle>, f64> {
     let length = wall.profile.length();
     let n = (length / POINTS).floor() as usize;
     let along: Vec<f64> = (0..=n).map(|k| k as f64 * length / n.max(1) as f64).collect();
@@ -62,7 +97,7 @@ fn lattice(points: &[Point2<f64>], radius: f64, spacing: f64) -> Vec<Point2<f64>
 }
 
 /// Straight borders half-way between where one circle ends and the next begins, rising.
-pub(super) fn borders(spans: &[[f64; 2]]) -> Vec<f64> {
+fn borders(spans: &[[f64; 2]]) -> Vec<f64> {
     let mut borders: Vec<f64> = spans.windows(2).map(|w| 0.5 * (w[0][1] + w[1][0])).collect();
     for k in 1..borders.len() {
         borders[k] = borders[k].max(borders[k - 1]);

@@ -91,10 +91,17 @@ pub enum CoverError {
         reason: String,
     },
     /// No cover could be planned.
-    #[error("after {rounds} rounds there still are strokes that can't be drawn: {reason}")]
+    #[error(
+        "{rounds} covers were tried, and of the last of them {:.0} mm of line between {:.0} and {:.0} mm along the wall can't be drawn: {reason}",
+        length * 1e3, along[0] * 1e3, along[1] * 1e3
+    )]
     Unplanned {
-        /// Rounds.
+        /// Covers that were planned.
         rounds: usize,
+        /// Arc lengths of the wall between which it lies, m.
+        along: [f64; 2],
+        /// Length that can't be drawn, m.
+        length: f64,
         /// Why.
         reason: String,
     },

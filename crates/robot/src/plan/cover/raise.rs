@@ -1,4 +1,8 @@
 //! The height at which a drawing takes the fewest places, where it may be moved up or down its wall.
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
 use super::candidates::{Asked, Candidate, Stretch};
 use super::error::CoverError;
 use super::ink::Ink;
@@ -8,6 +12,8 @@ use super::solve::{CoverJob, by_map};
 use super::sweep::{fewest_stretches, sweep};
 use crate::surface::Wall;
 
+/// Rounds of solving and planning at a height: where the map tells more than can be planned, others are nearer.
+const ROUNDS: usize = 10;
 /// Room between ink and the edges of the wall, m.
 const EDGE: f64 = 0.005;
 
@@ -51,12 +57,11 @@ pub(super) fn raised(
     range: [f64; 2],
     hear: &mut dyn FnMut(&str),
 ) -> Result<Coverage, CoverError> {
-    use rayon::prelude::*;
     let press = job.plan.press.largest();
     let raises = raises(range, job.cover.map_spacing);
     let tried = raises.into_iter().filter(|r| is_on_wall(ink, job.wall, *r)).filter_map(|raise| {
         let asked = Asked::new(job.wall, ink, reach, job.cover, press).raised(raise);
-        let none = std::collections::BTreeSet::new();
+        let none = BTreeSet::new();
         let stretches: Vec<Vec<Stretch>> =
             (0..all.len()).into_par_iter().map(|k| asked.stretches(&all[k], k, &none)).collect();
         let flat: Vec<Stretch> = stretches.iter().flatten().copied().collect();
@@ -113,7 +118,7 @@ fn at(
 ) -> Result<Coverage, CoverError> {
     let moved = ink.raised(raise);
     let asked = Asked::new(job.wall, &moved, reach, job.cover, job.plan.press.largest());
-    Ok(Coverage { raise, ..by_map(job, &asked, all, hear)? })
+    Ok(Coverage { raise, ..by_map(job, &asked, all, ROUNDS, hear)? })
 }
 
 #[cfg(test)]

@@ -2,8 +2,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use super::candidates::{Asked, Candidate, Stretch, axis_of, candidates};
-use super::circles::{borders, circles};
+use super::circles::by_circles;
 use super::cutting::share;
 use super::drive::way;
 use super::error::CoverError;
@@ -15,9 +17,9 @@ use super::place::{Coverage, Piece, Place};
 use super::raise::raised;
 use super::sweep::sweep;
 use super::union::{Fewest, fewest};
-use super::verify::verify;
+use super::verify::{Failure, can_wait, verify};
 use crate::drawing::Drawing;
-use crate::mesh::TriMesh;
+use crate::mesh::{MeshError, TriMesh};
 use crate::plan::{PlanOptions, ReachGrid, ReachMap, ReachProbe};
 use crate::robot::{ArmModel, JointVector};
 use crate::surface::{BelievedCanvas, Mapping, Wall};
@@ -60,10 +62,10 @@ pub struct CoverJob<'a> {
 pub type MapMaker<'a> = dyn FnMut(&ReachProbe, &ReachGrid) -> ReachMap + 'a;
 
 /// A choice of places.
-struct Chosen {
-    places: Vec<(BasePose, [f64; 2])>,
-    optimal: bool,
-    bound: usize,
+pub(super) struct Chosen {
+    pub places: Vec<(BasePose, [f64; 2])>,
+    pub optimal: bool,
+    pub bound: usize,
 }
 
 /// Where to stand to draw all of a drawing on a wall, and what to draw from where.
@@ -92,7 +94,7 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
             let all = candidates(job.wall, &ink, &floor, options);
             match options.raise {
                 Some(range) => raised(job, (&ink, &reach), &all, range, hear)?,
-                None => by_map(job, &asked, &all, hear)?,
+                None => by_map(job, &asked, &all, ROUNDS, hear)?,
             }
         }
     };
@@ -107,35 +109,6 @@ pub fn cover(job: &CoverJob, map: &mut MapMaker, hear: &mut dyn FnMut(&str)) -> 
         coverage.drives.push(way(&floor, &a, &b).ok_or_else(no_way)?);
     }
     Ok(coverage)
-}
-
-/// The dissertation's circles: neither planned, nor kept clear of on the drive.
-fn by_circles(job: &CoverJob, ink: &Ink, [radius, offset, base]: [f64; 3]) -> Result<Coverage, CoverError> {
-    let started = Instant::now();
-    let found = circles(job.wall, radius, offset, base, job.cover.candidate_spacing);
-    let found = found.map_err(|s| CoverError::NoPlace {
-        along: [s, s],
-        heights: ink.band(),
-        missing: "no circle with a clear base covers the wall there".into(),
-    })?;
-    let solver_s = started.elapsed().as_secs_f64();
-    let places: Vec<_> = found.iter().map(|c| (c.pose, c.span)).collect();
-    let seams = borders(&found.iter().map(|c| c.span).collect::<Vec<_>>());
-    let mut coverage = told(job, ink, "circles", Chosen { places, optimal: false, bound: 0 }, &seams)?;
-    without_idle(&mut coverage);
-    let first = coverage.places.first().map(|p| p.pose);
-    let way_in = job.start.into_iter().zip(first).flat_map(|(start, first)| [start, first]).collect();
-    let drives = coverage.places.windows(2).map(|w| vec![w[0].pose, w[1].pose]).collect();
-    Ok(Coverage { way_in, drives, solver_s, ..coverage })
-}
-
-/// Leaves out places that draw nothing.
-fn without_idle(coverage: &mut Coverage) {
-    let kept: Vec<usize> = (0..coverage.places.len()).filter(|k| !coverage.places[*k].pieces.is_empty()).collect();
-    coverage.places = kept.iter().map(|k| coverage.places[*k].clone()).collect();
-    for cut in &mut coverage.cuts {
-        cut.places = cut.places.map(|p| kept.binary_search(&p).unwrap_or(0));
-    }
 }
 
 /// The doors, for who can't get through.
@@ -158,7 +131,13 @@ fn reach_of(job: &CoverJob, ink: &Ink, map: &mut MapMaker) -> Result<PenReach, C
 }
 
 /// Strokes shared out among the chosen places, with straight seams where there are borders.
-fn told(job: &CoverJob, ink: &Ink, method: &str, chosen: Chosen, borders: &[f64]) -> Result<Coverage, CoverError> {
+pub(super) fn told(
+    job: &CoverJob,
+    ink: &Ink,
+    method: &str,
+    chosen: Chosen,
+    borders: &[f64],
+) -> Result<Coverage, CoverError> {
     let Chosen { places, optimal, bound } = chosen;
     let mut spans: Vec<[f64; 2]> = places.iter().map(|p| p.1).collect();
     if !borders.is_empty() {
@@ -199,26 +178,26 @@ fn span(s: &Stretch) -> [f64; 2] {
     [s.first as f64 * COLUMN, (s.last + 1) as f64 * COLUMN]
 }
 
-/// The best cover by the candidates `all`, planned until all of it can be drawn.
+/// The best cover by the candidates `all`, planned until all of it can be drawn, `rounds` times at most.
 pub(super) fn by_map(
     job: &CoverJob,
     asked: &Asked,
     all: &[Candidate],
+    rounds: usize,
     hear: &mut dyn FnMut(&str),
 ) -> Result<Coverage, CoverError> {
     let none = BTreeSet::new();
     let of = |k: usize, blocked: &BTreeSet<usize>| asked.stretches(&all[k], k, blocked);
-    let mut stretches: Vec<Vec<Stretch>> = {
-        use rayon::prelude::*;
-        (0..all.len()).into_par_iter().map(|k| of(k, &none)).collect()
-    };
+    let mut stretches: Vec<Vec<Stretch>> = (0..all.len()).into_par_iter().map(|k| of(k, &none)).collect();
     let mut blocked: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     let mut solver_s = 0.0;
     let mut bound = 0;
-    for round in 1..=ROUNDS {
+    let mut waits = false;
+    let mut failed: Option<Failure> = None;
+    for round in 1..=rounds {
         let started = Instant::now();
         let flat: Vec<Stretch> = stretches.iter().flatten().copied().collect();
-        let swept = sweep(asked.ink, &flat).map_err(|column| no_place(asked, all, &flat, column))?;
+        let swept = sweep(asked.ink, &flat).map_err(|column| no_place(asked, all, &flat, column, failed.as_ref()))?;
         if round == 1 {
             // were what each place misses between its ends reached too, no cover could need more
             let hull = |s: &Vec<Stretch>| Some(Stretch { last: s.last()?.last, ..*s.first()? });
@@ -245,8 +224,8 @@ pub(super) fn by_map(
         if !job.cover.verify {
             return Ok(coverage);
         }
+        failed = None;
         hear(&format!("planning from {} places", coverage.places.len()));
-        let mut failed = None;
         for (place, candidate) in coverage.places.iter().zip(used) {
             let Some(failure) = verify(job, asked.ink, &place.pose, &place.pieces)? else { continue };
             for k in (0..all.len()).filter(|k| (all[*k].axis - all[candidate].axis).norm() < ALIKE) {
@@ -254,17 +233,34 @@ pub(super) fn by_map(
                 columns.extend(&failure.columns);
                 stretches[k] = of(k, columns);
             }
-            failed = Some(failure.reason);
+            failed = Some(failure);
         }
-        match failed {
-            None => return Ok(coverage),
-            Some(reason) if round == ROUNDS => {
-                return Err(CoverError::Unplanned { rounds: ROUNDS, reason: reason.to_string() });
+        if failed.as_ref().is_some_and(|f| f.waiting) && !waits {
+            waits = true;
+            for k in no_places_to_wait(job, all)? {
+                blocked.entry(k).or_default().extend(0..asked.ink.columns.len());
+                stretches[k] = Vec::new();
             }
+        }
+        match &failed {
+            None => return Ok(coverage),
+            Some(f) if round == rounds => return Err(unplanned(f, rounds)),
             Some(_) => {}
         }
     }
     Err(CoverError::NoInk)
+}
+
+/// The candidates, by index, where the arm can't even wait. They are asked for where planning has met one: most covers meet none.
+fn no_places_to_wait(job: &CoverJob, all: &[Candidate]) -> Result<Vec<usize>, MeshError> {
+    let clear = all.par_iter().map(|c| can_wait(job, &c.pose)).collect::<Result<Vec<bool>, MeshError>>()?;
+    Ok((0..all.len()).filter(|k| !clear[*k]).collect())
+}
+
+fn unplanned(failure: &Failure, rounds: usize) -> CoverError {
+    let column = |c: Option<&usize>| c.map_or(0.0, |c| *c as f64 * COLUMN);
+    let along = [column(failure.columns.first()), column(failure.columns.last()) + COLUMN];
+    CoverError::Unplanned { rounds, along, length: failure.length, reason: failure.reason.to_string() }
 }
 
 /// A cover by places that hold several stretches each, in the order of where they begin along the wall; and their candidates.
@@ -349,8 +345,14 @@ fn shortest(ink: &Ink, coverage: &mut Coverage, all: &[Candidate], flat: &[Stret
     used
 }
 
-/// Which ink no place reaches, and by how much it is missed.
-fn no_place(asked: &Asked, all: &[Candidate], flat: &[Stretch], column: usize) -> CoverError {
+/// Which ink no place reaches, and by how much it is missed, or why it can't be `planned`.
+fn no_place(
+    asked: &Asked,
+    all: &[Candidate],
+    flat: &[Stretch],
+    column: usize,
+    planned: Option<&Failure>,
+) -> CoverError {
     let held = |c: usize| flat.iter().any(|s| (s.first..=s.last).contains(&c));
     let mut last = column;
     while last + 1 < asked.ink.columns.len() && asked.ink.columns[last + 1].is_some() && !held(last + 1) {
@@ -366,7 +368,10 @@ fn no_place(asked: &Asked, all: &[Candidate], flat: &[Stretch], column: usize) -
         (Some(gap), _) if gap > 1e-3 => {
             format!("the best place misses it by {:.0} mm; {}", gap * 1e3, asked.too_high(heights))
         }
-        _ => format!("it is reached, but not with a margin of {:.0} mm", asked.options.margin * 1e3),
+        _ => match planned {
+            Some(failure) => format!("it is reached, but can't be planned from there: {}", failure.reason),
+            None => format!("it is reached, but not with a margin of {:.0} mm", asked.options.margin * 1e3),
+        },
     };
     let along = [column as f64 * COLUMN, (last + 1) as f64 * COLUMN];
     CoverError::NoPlace { along, heights, missing }
@@ -396,7 +401,7 @@ fn by_hand(
     let ink = asked.ink;
     if let Some(column) = (0..ink.columns.len()).filter(|c| ink.columns[*c].is_some()).find(|c| !held(c)) {
         let all: Vec<Candidate> = poses.iter().map(|p| Candidate { pose: *p, axis: axis_of(p, job.cover) }).collect();
-        return Err(no_place(asked, &all, &flat, column));
+        return Err(no_place(asked, &all, &flat, column, None));
     }
     let chosen = Chosen { places: places.iter().map(|p| (p.0, p.1)).collect(), optimal: false, bound: 0 };
     let coverage = told(job, ink, "poses", chosen, &job.cover.borders)?;

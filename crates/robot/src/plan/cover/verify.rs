@@ -29,8 +29,30 @@ pub(super) struct Failure {
     pub columns: BTreeSet<usize>,
     /// How much line, m.
     pub length: f64,
+    /// The arm can't even wait there.
+    pub waiting: bool,
     /// Why the first of it can't.
     pub reason: Obstruction,
+}
+
+/// The arm on a base at `pose`, and all that stands round it.
+fn standing(job: &CoverJob, pose: &BasePose) -> Result<(ArmModel, Vec<TriMesh>), MeshError> {
+    let world = Pose::from_parts(
+        Translation3::new(pose.x, pose.y, 0.0),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.heading),
+    );
+    let [x, y, z] = job.cover.mount;
+    let arm = ArmModel { world_from_base: world * Isometry3::translation(x, y, z), ..job.arm.clone() };
+    let mut obstacles: Vec<TriMesh> = job.obstacles.to_vec();
+    obstacles.push(PenReach::body(job.cover)?.transformed(&(world * Isometry3::translation(x, y, 0.0))));
+    Ok((arm, obstacles))
+}
+
+/// Whether the arm can wait in its home posture on a base at `pose`.
+pub(super) fn can_wait(job: &CoverJob, pose: &BasePose) -> Result<bool, MeshError> {
+    let (arm, obstacles) = standing(job, pose)?;
+    let surroundings = Surroundings::new(&arm, &job.canvas.mesh, &obstacles, job.plan);
+    Ok(surroundings.clearance(&arm.kinematics(job.home), PenUse::Travelling).is_clear())
 }
 
 /// What of `pieces` can't be drawn from a base at `pose`; `None` when all can.
@@ -40,14 +62,7 @@ pub(super) fn verify(
     pose: &BasePose,
     pieces: &[Piece],
 ) -> Result<Option<Failure>, MeshError> {
-    let world = Pose::from_parts(
-        Translation3::new(pose.x, pose.y, 0.0),
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.heading),
-    );
-    let [x, y, z] = job.cover.mount;
-    let arm = ArmModel { world_from_base: world * Isometry3::translation(x, y, z), ..job.arm.clone() };
-    let mut obstacles: Vec<TriMesh> = job.obstacles.to_vec();
-    obstacles.push(PenReach::body(job.cover)?.transformed(&(world * Isometry3::translation(x, y, 0.0))));
+    let (arm, obstacles) = standing(job, pose)?;
     let options = PlanOptions { step: STEP, partial: true, ..job.plan.clone() };
     let cell = Workcell {
         solver: IkSolver::new(&arm, options.limit_margin),
@@ -59,7 +74,10 @@ pub(super) fn verify(
     let waits = cell.surroundings.clearance(&arm.kinematics(job.home), PenUse::Travelling);
     if !waits.is_clear() {
         let columns = ways.iter().flat_map(|w| w.1.iter().copied()).collect();
-        return Ok(Some(Failure { columns, length: 0.0, reason: Obstruction::from_clearance(&arm, &waits) }));
+        let step = |w: &[Waypoint]| (w[1].target.position - w[0].target.position).norm();
+        let length = ways.iter().flat_map(|w| w.2.windows(2)).map(step).sum();
+        let reason = Obstruction::from_clearance(&arm, &waits);
+        return Ok(Some(Failure { columns, length, waiting: true, reason }));
     }
     let targets: Vec<PenTarget> = ways.iter().flat_map(|w| &w.2).map(|w| w.target).collect();
     let field = PostureField::new(&cell, &targets);
@@ -78,7 +96,8 @@ pub(super) fn verify(
         .collect();
     let Some((_, _, reason)) = gaps.first().cloned() else { return Ok(None) };
     let length = gaps.iter().map(|g| g.1).sum();
-    Ok(Some(Failure { columns: gaps.into_iter().flat_map(|g| g.0).collect(), length, reason }))
+    let columns = gaps.into_iter().flat_map(|g| g.0).collect();
+    Ok(Some(Failure { columns, length, waiting: false, reason }))
 }
 
 /// A piece's poses, and the column of each of its targets.
