@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::candidates::{Asked, Candidate, Stretch};
 use super::error::CoverError;
-use super::ink::Ink;
+use super::ink::{COLUMN, Ink};
 use super::pen_reach::PenReach;
 use super::place::Coverage;
 use super::solve::{CoverJob, by_map};
@@ -58,8 +58,10 @@ pub(super) fn raised(
     hear: &mut dyn FnMut(&str),
 ) -> Result<Coverage, CoverError> {
     let press = job.plan.press.largest();
-    let raises = raises(range, job.cover.map_spacing);
-    let tried = raises.into_iter().filter(|r| is_on_wall(ink, job.wall, *r)).filter_map(|raise| {
+    let mut raises = raises(range, job.cover.map_spacing);
+    raises.retain(|r| is_on_wall(ink, job.wall, *r));
+    let Some(nearest) = raises.first().copied() else { return Err(off_the_wall(job.wall, ink, range)) };
+    let tried = raises.into_iter().filter_map(|raise| {
         let asked = Asked::new(job.wall, ink, reach, job.cover, press).raised(raise);
         let none = BTreeSet::new();
         let stretches: Vec<Vec<Stretch>> =
@@ -102,10 +104,18 @@ pub(super) fn raised(
         Some(c) => Ok(Coverage { bound: bound.min(c.bound), optimal: c.places.len() == bound, ..c }),
         None => match refused {
             Some(e) => Err(e),
-            // no height does: what is wrong is told of the drawing as it lies
-            None => at(job, (ink, reach), all, 0.0, hear),
+            // no height does: what is wrong is told of the one nearest to where the drawing lies
+            None => at(job, (ink, reach), all, nearest, hear),
         },
     }
+}
+
+/// That there is no wall behind the drawing at any height.
+fn off_the_wall(wall: &Wall, ink: &Ink, [low, high]: [f64; 2]) -> CoverError {
+    let ([bottom, top], (first, last)) = (ink.band(), ink.ends());
+    let missing = format!("the wall is from {:.0} to {:.0} mm high there", wall.bottom * 1e3, wall.top * 1e3);
+    let along = [first as f64 * COLUMN, (last + 1) as f64 * COLUMN];
+    CoverError::NoPlace { along, heights: [bottom + low, top + high], missing }
 }
 
 /// The cover of a drawing that is raised by `raise` (m).
