@@ -119,7 +119,8 @@ impl<'a> Asked<'a> {
         let own = heights[1] - heights[0];
         let low = self.options.mount[2];
         match self.reach.tallest(self.options.margin, self.press) {
-            Some([a, b]) if b - a < own => format!(
+            // what ends where the map does may go on beyond it
+            Some([a, b]) if b - a < own && self.reach.is_inside(a) && self.reach.is_inside(b) => format!(
                 "it is {:.0} mm high, and from one place the arm holds {:.0} mm, {:.0} to {:.0} mm over the floor: draw it less high, \
                  or as several drawings",
                 own * 1e3,

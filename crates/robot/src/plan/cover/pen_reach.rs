@@ -135,6 +135,12 @@ impl PenReach {
         best
     }
 
+    /// Whether a height (m over the arm's base frame) is between the map's ends.
+    pub fn is_inside(&self, z: f64) -> bool {
+        let half = 0.5 * self.grid.spacing;
+        z > self.grid.coordinate(1, 0) + half && z < self.grid.coordinate(1, self.size[1] - 1) - half
+    }
+
     /// Lowest and highest that can be drawn at all, m over the arm's base frame.
     pub fn heights(&self) -> Option<[f64; 2]> {
         let fold = |f: fn(f64, f64) -> f64, start: f64| self.free.iter().map(|p| p[1]).fold(start, f);
