@@ -110,7 +110,7 @@ fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
 #[test]
 fn what_cant_be_is_refused_before_anything_moves() {
     let say = |sets: &[&str]| evaluate(&scenario(sets), &Cache::default(), &Silent).unwrap_err().to_string();
-    assert!(say(&["robot=\"iiwa_fixed\""]).contains("has none: take \"iiwa_ridgeback\""));
+    assert!(say(&["robot=\"iiwa_fixed\""]).contains("has no base: take robot = \"iiwa_ridgeback\""));
     assert!(say(&["canvas.belief=\"touch\""]).contains("doesn't go with a base that drives"));
     assert!(say(&["canvas.scene=\"plane_table\""]).contains("the canvas must be an extrusion"));
     assert!(say(&["coverage.poses=[[2900, 200, 0], [2150, -200, 0]]"]).contains("meets the wall"));
