@@ -287,6 +287,7 @@ impl<P: Policy> Worker<P> {
                 self.outcome(Vec::new(), None)
             }
             Task::Drive(_) => self.drive(task, hear, pages)?,
+            Task::Look(settle) => self.look(*settle, task, hear, pages)?,
             Task::BelieveBase(pose) => {
                 self.simulation.believe_base(pose);
                 self.outcome(Vec::new(), None)
@@ -388,10 +389,28 @@ impl<P: Policy> Worker<P> {
         Ok(Outcome { base: Some(driven.belief), ..self.outcome(Vec::new(), failure) })
     }
 
+    /// Stands until the arm is calm, in slices between which others are heard, and takes a picture.
+    fn look(
+        &mut self,
+        settle: f64,
+        task: &Task,
+        hear: &dyn Fn(&News, &Simulation),
+        pages: &mut Option<ArmJournal>,
+    ) -> Result<Outcome, ExecError> {
+        let picture = loop {
+            let earlier = self.chunks.iter().flat_map(|c| &c.log.ink);
+            if let Some(picture) = self.simulation.look(settle, SLICE, earlier)? {
+                break picture;
+            }
+            self.pass(task, hear, pages)?;
+        };
+        Ok(Outcome { picture: Some(picture), ..self.outcome(Vec::new(), None) })
+    }
+
     fn outcome(&self, felt: Vec<crate::skill::Felt>, failure: Option<TaskFailure>) -> Outcome {
         let time = self.simulation.time();
         let duration = time - self.state.began as f64 * self.simulation.step_length();
-        Outcome { time, duration, reference: self.simulation.desired(), felt, base: None, failure }
+        Outcome { time, duration, reference: self.simulation.desired(), felt, base: None, picture: None, failure }
     }
 
     fn fetch(&mut self, place: PenPlace) -> Result<Outcome, ExecError> {

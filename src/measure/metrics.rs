@@ -5,7 +5,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BaseMetrics, MetricPath, SeamMetrics, ToolMetrics};
+use super::{BaseMetrics, LookMetrics, MetricPath, SeamMetrics, ToolMetrics};
 
 /// Everything measured in one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -59,6 +59,9 @@ pub struct Metrics {
     /// A base that drives from place to place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseMetrics>,
+    /// What a base found out by looking and feeling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub look: Option<LookMetrics>,
     /// Where strokes are drawn from two places.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seam: Option<SeamMetrics>,

@@ -6,6 +6,7 @@ mod figures;
 mod heights;
 mod laid;
 mod line;
+mod look;
 mod metrics;
 mod paths;
 mod seam;
@@ -18,6 +19,7 @@ pub use base::BaseMetrics;
 pub use heights::StrokeHeights;
 pub use laid::{Laid, LaidStroke, laid_strokes};
 pub use line::{LineFit, line_fit};
+pub use look::LookMetrics;
 pub use metrics::{
     BeliefMetrics, ContactMetrics, CoverageMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics,
     MappingMetrics, Metrics, PlanFailure, PlanMetrics, RenderMetrics, ShapeMetrics, SimMetrics, TruthMetrics,

@@ -206,6 +206,7 @@ fn happened(event: &Event) -> Result<Happened<'_>, serde_json::Error> {
         EventKind::PenChanged { ink } => ("pen_changed".into(), Some(ink.as_str())),
         EventKind::PenFetched { ink } => ("pen_fetched".into(), Some(ink.as_str())),
         EventKind::PenReturned { ink } => ("pen_returned".into(), Some(ink.as_str())),
+        EventKind::Picture => ("picture".into(), None),
         EventKind::PenLost { ink } => ("pen_lost".into(), Some(ink.as_str())),
     };
     let stroke = event.stroke;

@@ -2,10 +2,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::RunError;
 use super::belief::Believed;
 use super::products::Written;
 use super::setup::Setup;
+use super::{RunError, looking};
 use crate::cover::{self, Found};
 use crate::drawing::{Drawing, StrokeId, StrokeRef};
 use crate::measure::{BaseMetrics, Metrics, Seam, SeamMetrics, seams};
@@ -14,7 +14,7 @@ use crate::plan::PlanOptions;
 use crate::plan::cover::{BasePose as Stand, Coverage};
 use crate::progress::Progress;
 use crate::report::{OutputDir, seam_picture};
-use crate::robot::{Arm, BasePose, Cell};
+use crate::robot::{BasePose, Cell};
 use crate::scenario::{Scenario, options};
 use crate::skill::{DriveJob, DrivenPlace, DrivenStrokes};
 use crate::surface::SurfaceDrawing;
@@ -78,6 +78,7 @@ pub(super) fn drive(
             (scenario.coverage.is_some(), "`[coverage]`"),
             (scenario.drive.is_some(), "`[drive]`"),
             (scenario.localisation.is_some(), "`[localisation]`"),
+            (scenario.looking.is_some(), "`[looking]`"),
         ];
         return match asked.into_iter().find(|(is, _)| *is) {
             Some((_, what)) => Err(RunError::NoBase { what, robot: cell.name }),
@@ -130,6 +131,7 @@ pub(super) fn driver(
         tolerance: settings.arrival_mm * 1e-3,
         sag_known: settings.sag_known,
         hand: options::hand_stiffness(scenario),
+        look: looking::options(scenario, setup, believed)?,
     }))
 }
 
@@ -154,14 +156,17 @@ fn part(mapped: &SurfaceDrawing, strokes: &[StrokeRef]) -> SurfaceDrawing {
     part
 }
 
-/// The arm on its base, folded, where the robot starts; `middle` is where its sensor measures best, m, world.
+/// The arm on its base, folded, where the robot starts, with all its sensors.
 pub(super) fn on_base(
     scenario: &Scenario,
-    arm: &Arm,
+    all: &Setup,
     setup: ArmSetup,
     scene: Arc<TrueScene>,
-    middle: [f64; 2],
 ) -> Result<Simulation, RunError> {
+    let arm = &all.cell.arms[setup.index];
+    let sheet = all.scene.canvas.sheet.world_from_sheet.translation;
+    // what is drawn on has a mark of its own, from which the sensor measures
+    let middle = [sheet.x, sheet.y];
     let Some(base) = &arm.base else { return Err(RunError::NoBase { what: "a base", robot: arm.model.name.clone() }) };
     let localisation = scenario.localisation.clone().unwrap_or_default().options();
     let mobile = BaseSetup {
@@ -171,6 +176,9 @@ pub(super) fn on_base(
         believed_pose: base.start,
         localiser: Some(Localiser::new(localisation, middle, scenario.seed, setup.index as u64)),
     };
-    let setup = ArmSetup { start: base.transport, ..setup };
-    Ok(Simulation::on_base(setup, mobile, scene, options::law(scenario), &options::twin_options(scenario))?)
+    let start = ArmSetup { start: base.transport, ..setup };
+    let twin = options::twin_options(scenario);
+    let mut simulation = Simulation::on_base(start, mobile, Arc::clone(&scene), options::law(scenario), &twin)?;
+    looking::equip(&mut simulation, scenario, all, &scene);
+    Ok(simulation)
 }

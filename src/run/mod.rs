@@ -4,6 +4,7 @@ mod belief;
 mod driving;
 mod error;
 mod evaluate;
+mod looking;
 mod mapping;
 mod perform;
 mod pictures;

@@ -6,7 +6,7 @@ use super::mapping::mapping_onto_truth;
 use super::planning::PenPlaces;
 use super::setup::Setup;
 use super::team::{Team, team};
-use super::{RunError, tool_figures};
+use super::{RunError, looking, tool_figures};
 use crate::canvas::{mapped, mapping_onto, own_layers};
 use crate::exec::{self, ArmStop, Both, Counter, Done, Journal, Listener};
 use crate::ink::{InkTrace, TraceInk};
@@ -17,7 +17,7 @@ use crate::measure::{
 use crate::plan::{Plan, ReachReport};
 use crate::progress::Progress;
 use crate::scenario::{Artwork, Pattern, Scenario};
-use crate::skill::{Drawer, TouchStrokes};
+use crate::skill::{Aligned, Drawer, TouchStrokes};
 use crate::surface::{BelievedCanvas, Mapping, Projection, map_drawing, map_what_fits};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
 use crate::twin::{ArmStory, Record};
@@ -41,6 +41,8 @@ pub(super) struct Performance {
     pub stops: Vec<Option<ArmStop>>,
     /// What was learned by touch.
     pub touched: Option<Touched>,
+    /// What a base found out of its places.
+    pub aligned: Vec<Aligned>,
     /// Why the run ended before all was drawn.
     pub stopped: Option<String>,
     /// Whether a listener stopped it.
@@ -110,6 +112,8 @@ fn conclude(
     if let Some(near) = near {
         metrics.tool = Some(tool_figures::tool_metrics(&done, near, scenario));
     }
+    let aligned = done.first().and_then(|d| d.policy.driven()).map_or_else(Vec::new, |d| d.aligned().to_vec());
+    metrics.look = scenario.looking.as_ref().map(|_| looking::figures(&aligned));
     let stops: Vec<Option<ArmStop>> = done.iter().map(|d| d.stop.clone()).collect();
     let stopped = stops.iter().flatten().map(ToString::to_string).next();
     let interrupted = done.iter().any(|d| d.interrupted);
@@ -135,7 +139,7 @@ fn conclude(
         driving.measure(setup, &record, &mut metrics);
     }
     let places = Vec::new();
-    Ok(Performance { metrics, plan, record, changes, lost, places, stops, touched, stopped, interrupted })
+    Ok(Performance { metrics, plan, record, changes, lost, places, stops, touched, aligned, stopped, interrupted })
 }
 
 /// Figures of what was learned by touch.

@@ -5,7 +5,7 @@ use super::belief::{Believed, Prepared};
 use super::perform::{Performance, Touched};
 use super::pictures::{self, Extra};
 use super::setup::Setup;
-use super::{RunError, Until, name_of, scene_builder};
+use super::{RunError, Until, looking, name_of, scene_builder};
 use crate::artwork::{Likenesses, desired_trace};
 use crate::cover::{self, Found};
 use crate::drawing::{Drawing, svg_write};
@@ -165,6 +165,11 @@ impl Products<'_> {
         write_plan(setup, &performance.plan, out, written)?;
         if let Some(touched) = &performance.touched {
             write_touched(touched, out, written)?;
+        }
+        if !performance.aligned.is_empty() {
+            let csv = looking::table(&performance.aligned);
+            let content = "What the base found out of its places by looking and feeling";
+            written.other(out.write("looking.csv", csv.as_bytes())?, content);
         }
         let extra = self.tools(&performance, out, written, progress)?;
         let record = &performance.record;

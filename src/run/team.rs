@@ -15,9 +15,9 @@ use crate::surface::{Mapping, TouchedCanvas};
 use crate::twin::{ArmSetup, Feeling, Holding, Simulation, TrueScene};
 
 /// Steps between two touches that the robot looks at: at drawing speed about half a millimetre.
-const STRIDE: u64 = 10;
+pub(super) const STRIDE: u64 = 10;
 /// Share of the force that stops a probe above which the pen is taken to touch.
-const TOUCHING: f64 = 0.5;
+pub(super) const TOUCHING: f64 = 0.5;
 
 /// All arms, ready to begin, and who waits for whom.
 pub(super) struct Team {
@@ -85,8 +85,7 @@ fn simulation(
         colors: setup.drawing.layers.iter().map(|l| l.color).collect(),
     };
     if arm.base.is_some() {
-        let sheet = setup.scene.canvas.sheet.world_from_sheet.translation;
-        return driving::on_base(scenario, arm, arm_setup, Arc::clone(scene), [sheet.x, sheet.y]);
+        return driving::on_base(scenario, setup, arm_setup, Arc::clone(scene));
     }
     let twin = options::twin_options(scenario);
     let mut simulation = Simulation::new(arm_setup, Arc::clone(scene), options::law(scenario), &twin)?;

@@ -12,6 +12,7 @@ use super::change::ChangeSettings;
 use super::coverage::CoverageSettings;
 use super::drive::DriveSettings;
 use super::localisation::LocalisationSettings;
+use super::looking::LookingSettings;
 use super::picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterlySettings, StippleSettings,
     Style, TspSettings,
@@ -73,6 +74,9 @@ pub struct ScenarioFile {
     /// Values of the robot's and of the scene's file that are changed.
     #[serde(default, skip_serializing_if = "ChangeSettings::is_empty")]
     pub change: ChangeSettings,
+    /// How it finds out better by looking and feeling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub looking: Option<LookingSettings>,
     /// What it is drawn with.
     #[serde(default)]
     pub pen: PenFile,

@@ -12,6 +12,7 @@ mod drawing;
 mod drive;
 mod file;
 mod localisation;
+mod looking;
 pub(crate) mod options;
 mod overrides;
 mod picture;
@@ -32,6 +33,7 @@ pub use drawing::{Artwork, DrawingSpec, Generator, Pattern, PictureSpec, parse_c
 pub use drive::DriveSettings;
 pub use file::{CanvasFile, DrawingFile, Overlay, PatternFile, PatternKind, PenFile, ScenarioFile, Threshold};
 pub use localisation::LocalisationSettings;
+pub use looking::LookingSettings;
 pub use overrides::Override;
 pub use picture::{
     ColorSettings, EdgeSettings, HatchingSettings, InkOrder, LayeredDepthSettings, PainterStyle, PainterlySettings,

@@ -17,6 +17,7 @@ use super::drawing::{DrawingSpec, parse_color, resolve_drawing};
 use super::drive::DriveSettings;
 use super::file::{CanvasFile, Overlay, PenFile, ScenarioFile, Threshold};
 use super::localisation::LocalisationSettings;
+use super::looking::LookingSettings;
 use super::overrides::Override;
 use super::scan::{ScanSettings, resolve_scan};
 use super::settings::{BeliefKind, ControlSettings, PlanSettings, RenderSettings, SimSettings, VIEWS};
@@ -110,6 +111,8 @@ pub struct Scenario {
     pub localisation: Option<LocalisationSettings>,
     /// Values of the robot's and of the scene's file that are changed.
     pub change: ChangeSettings,
+    /// How it finds out better by looking and feeling.
+    pub looking: Option<LookingSettings>,
     /// How strokes become joint motion.
     pub plan: PlanSettings,
     /// The impedance law and the speed of the pen.
@@ -264,6 +267,7 @@ fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError
         drive: typed.drive,
         localisation: typed.localisation,
         change: typed.change,
+        looking: typed.looking,
         pen,
         plan: typed.plan,
         control: typed.control,
@@ -400,6 +404,7 @@ impl From<Scenario> for ScenarioFile {
             drive: s.drive,
             localisation: s.localisation,
             change: s.change,
+            looking: s.looking,
             plan: s.plan,
             control: s.control,
             sim: s.sim,

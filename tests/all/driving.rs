@@ -45,6 +45,9 @@ fn a_base_that_knows_its_place_badly_draws_there_and_the_figures_say_so() {
     assert!(line.error_mean_mm > Some(0.05), "{line:?} {base:?}");
 }
 
+/// A tracker that errs by millimetres, and lines that lean, so that it shows at their cuts.
+const TRACKED: [&str; 3] = ["localisation.sensor=\"tracker\"", "drawing.rotate_deg=30", "seed=2"];
+
 #[test]
 fn what_was_drawn_before_a_place_that_cant_be_planned_is_kept_and_the_failure_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,12 +65,52 @@ fn what_was_drawn_before_a_place_that_cant_be_planned_is_kept_and_the_failure_to
 }
 
 #[test]
-fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
+fn a_base_that_looks_and_feels_meets_what_it_has_drawn() {
+    let without = figures(&TRACKED);
+    let with = figures(&[&TRACKED[..], &["looking.distance_mm=300"]].concat());
+    let (far, near) = (without.seam.unwrap(), with.seam.unwrap());
+    assert!(near.missing == 0 && near.step_p95_mm < Some(0.2), "{near:?}");
+    assert!(far.missing > 0 || near.step_p95_mm.unwrap() < 0.25 * far.step_p95_mm.unwrap(), "{far:?} {near:?}");
+    // the pen is on the wall all the while
+    assert!(with.contact.unwrap().contact_fraction > Some(0.999));
+    let look = with.look.unwrap();
+    // it looks back at the first place, and at what it drew there from the second; it feels both
+    assert_eq!((look.pictures, look.refused, look.felt), (2, 0, 6), "{look:?}");
+    assert!(look.correction_p50_mm > Some(0.5) && look.rms_px < Some(1.0), "{look:?}");
+    assert!(without.look.is_none());
+    // printed marks tell where on the sheet all that lies, as well as the camera is calibrated
+    let marks = "looking.marks_mm=[[-80, 30], [-80, -30]]";
+    let printed = figures(&[&TRACKED[..], &[marks]].concat());
+    let (aside, on) = (with.base.unwrap().pose_error_mm, printed.base.unwrap().pose_error_mm);
+    assert!(aside > Some(2.0) && on < Some(1.2), "{aside:?} {on:?}");
+    assert!(printed.line.unwrap().coverage > Some(0.99) && printed.seam.unwrap().step_p95_mm < Some(0.2));
+}
+
+#[test]
+fn a_picture_without_lines_leaves_the_belief_as_it_was() {
+    // in the dark there is nothing but noise
+    let sets = ["looking.noise_percent=50", "looking.feel=false", "looking.look_back=false", "drawing.rotate_deg=30"];
+    let m = figures(&sets);
+    let look = m.look.unwrap();
+    assert_eq!((look.pictures, look.refused, look.felt, look.correction_max_mm), (1, 1, 0, Some(0.0)), "{look:?}");
+    assert!(m.base.unwrap().pose_error_mm < Some(1e-6));
+}
+
+/// The task under way that a journal has kept last.
+fn latest_task(journal: &Path) -> Vec<u8> {
+    let files = ["arm0.task.0", "arm0.task.1"].map(|name| journal.join(name));
+    let latest = files.iter().max_by_key(|file| file.metadata().and_then(|m| m.modified()).ok());
+    latest.and_then(|file| std::fs::read(file).ok()).unwrap_or_default()
+}
+
+/// Kills a run of a scenario `kills` times, each time when the task it keeps is due by `due`, and goes on; the same run as of one
+/// thread without a kill.
+fn killed_and_resumed(text: &str, kills: usize, due: impl Fn(&[u8]) -> bool) {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("s.toml"), SEAMS).unwrap();
+    std::fs::write(folder.path().join("s.toml"), text).unwrap();
     let start = |out: &str, more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_calamus"));
-        command.args(["run", "s.toml", "-q", "--keep-every-ms", "200", "--out", out]).args(more);
+        command.args(["run", "s.toml", "-q", "--keep-every-ms", "100", "--out", out]).args(more);
         command.current_dir(folder.path()).spawn().unwrap()
     };
     let digest = |out: &str| {
@@ -76,22 +119,25 @@ fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
         m.digest.unwrap()
     };
     assert!(start("one", &["--threads", "1"]).wait().unwrap().success());
-    // killed on its way to the first place, and once more while it draws
-    let mut kills = 0;
+    let mut killed = 0;
     loop {
         let more: &[&str] = if folder.path().join("two/journal/run.key").exists() { &["--resume"] } else { &[] };
         let mut child = start("two", &[&["--threads", "2"], more].concat());
         let state = folder.path().join("two/journal/arm0.state");
         let kept = |state: &Path| state.metadata().and_then(|m| m.modified()).ok();
-        let before = kept(&state);
+        let mut before = kept(&state);
         let ended = loop {
             if let Some(status) = child.try_wait().unwrap() {
                 break Some(status);
             }
-            if kills < 2 && kept(&state) != before {
-                break None;
+            let now = kept(&state);
+            if killed < kills && now != before {
+                before = now;
+                if due(&latest_task(&folder.path().join("two/journal"))) {
+                    break None;
+                }
             }
-            std::thread::sleep(std::time::Duration::from_millis(10));
+            std::thread::sleep(std::time::Duration::from_millis(5));
         };
         if let Some(status) = ended {
             assert!(status.success());
@@ -99,12 +145,27 @@ fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
         }
         child.kill().unwrap();
         child.wait().unwrap();
-        kills += 1;
+        killed += 1;
     }
-    assert_eq!(kills, 2, "it was over before it was killed twice");
+    assert_eq!(killed, kills, "it was over before it was killed");
     assert_eq!(digest("one"), digest("two"));
     let picture = |out: &str| std::fs::read(folder.path().join(out).join("drawing.png")).unwrap();
     assert!(picture("one") == picture("two"));
+}
+
+#[test]
+fn a_drive_is_the_same_at_any_number_of_threads_and_after_a_kill() {
+    // killed on its way to the first place, and once more while it draws
+    killed_and_resumed(SEAMS, 2, |_| true);
+}
+
+#[test]
+fn a_look_is_the_same_at_any_number_of_threads_and_after_a_kill() {
+    // a time that stands in the task under way only while it looks
+    let settle = 30.078125f64;
+    let looking = format!("[looking]\nsettle_s = {settle}\n[localisation]\nsensor = 'tracker'\n");
+    let looks = |task: &[u8]| task.windows(8).any(|w| w == settle.to_le_bytes());
+    killed_and_resumed(&(SEAMS.to_string() + &looking), 2, looks);
 }
 
 #[test]

@@ -6,17 +6,18 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
+use crate::math::Pose;
 use crate::mesh::TriMesh;
 use crate::plan::field::{PostureField, Workcell};
 use crate::plan::motion::travel;
 use crate::plan::path::solve;
 use crate::plan::reach::Obstruction;
 use crate::plan::stroke::draw;
-use crate::plan::surroundings::Surroundings;
+use crate::plan::surroundings::{PenUse, Surroundings};
 use crate::plan::timing::{Piece, straight};
 use crate::plan::waypoint::waypoints;
 use crate::plan::{
-    DepthProfile, IkSolver, Knot, MotionLimits, MotionSample, PenTarget, PlanOptions, Posture, Trajectory,
+    DepthProfile, IkSolver, Knot, MotionLimits, MotionSample, PenTarget, PlanOptions, Posture, Trajectory, dexterity,
 };
 use crate::robot::{ArmModel, JointVector};
 use crate::surface::{BelievedCanvas, SurfaceTarget};
@@ -27,6 +28,9 @@ const AXIAL_STEP: f64 = 0.0015;
 const SAME_POSTURE: f64 = 0.2;
 /// Rest after a motion on the canvas, s.
 const SETTLING: f64 = 0.15;
+/// Turns of the hand from which a posture is sought, and configurations from which it is if none of them leads to one.
+const TURNS: usize = 8;
+const STANDS: usize = 48;
 /// Time in which a motion that met something is braked, s.
 const BRAKING: f64 = 0.06;
 
@@ -193,6 +197,29 @@ impl StepPlanner {
         }
     }
 
+    /// A posture near home in which something on the last link, at `last_from_tool`, is at `target`, with room round the arm and its pen.
+    pub fn stand(&self, canvas: &BelievedCanvas, last_from_tool: &Pose, target: &PenTarget) -> Option<JointVector> {
+        let arm = ArmModel { last_from_tip: *last_from_tool, ..(*self.arm).clone() };
+        let solver = IkSolver::new(&arm, self.options.limit_margin);
+        let cell = self.cell(canvas);
+        let last = self.arm.dof() - 1;
+        let turned = (0..TURNS).map(|i| {
+            let mut q = self.home;
+            q[last] += std::f64::consts::TAU * i as f64 / TURNS as f64;
+            solver.clamp(&q)
+        });
+        let free = |seed: JointVector| {
+            let q = solver.reach(target, &seed).ok()?.q;
+            let k = self.arm.kinematics(&q);
+            let clear = cell.surroundings.clearance(&k, PenUse::Travelling).is_clear();
+            (clear && dexterity(&k) >= self.options.singularity_margin).then_some(q)
+        };
+        let far = |q: &JointVector| solver.distance_squared(q, &self.home);
+        let nearest = |found: Vec<JointVector>| found.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let near_home = nearest(turned.filter_map(free).collect());
+        near_home.or_else(|| nearest((1..STANDS).map(|k| cell.configuration(k)).filter_map(free).collect()))
+    }
+
     /// From rest at `from` to rest at `to` through the air.
     pub fn travel(&self, canvas: &BelievedCanvas, from: &JointVector, to: &JointVector) -> Option<Trajectory> {
         travel(&self.cell(canvas), from, to, &self.limits).map(|(t, _)| t)
@@ -281,7 +308,6 @@ fn pose(target: &SurfaceTarget) -> PenTarget {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Pose;
     use crate::plan::arms;
     use crate::surface::{Canvas, SheetFrame};
     use nalgebra::Point2;

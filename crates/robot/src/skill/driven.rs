@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::looking::{Alignment, AlignmentState, Surrounds};
 use super::policy::{restored, saved};
-use super::{BaseBelief, Drawer, Move, Outcome, Policy, PolicyError, Task};
+use super::{Aligned, BaseBelief, Drawer, LookOptions, Move, Outcome, Policy, PolicyError, Task, TaskFailure};
 use crate::control::{DriveOptions, DrivePath};
 use crate::drawing::StrokeRef;
 use crate::math::Pose;
@@ -55,6 +56,8 @@ pub struct DriveJob {
     pub sag_known: f64,
     /// How the law lets the hand give way; `None` where it doesn't.
     pub hand: Option<HandStiffness>,
+    /// How it aligns itself by looking and feeling; `None` where it draws by its sensor alone.
+    pub look: Option<LookOptions>,
 }
 
 /// Drives to each place in turn and draws there.
@@ -62,6 +65,7 @@ pub struct DrivenStrokes {
     job: DriveJob,
     /// What is planned for the place at which the base stands. It follows from the state, and is made anew after a restart.
     planned: Option<Vec<Segment>>,
+    alignment: Option<Alignment>,
     state: State,
 }
 
@@ -92,8 +96,30 @@ enum Phase {
     Arriving,
     /// It stands where it is believed to.
     Standing,
+    /// It finds out better where, by looking and feeling.
+    Aligning,
+    /// The law is to learn what was found out.
+    Aligned,
+    /// Strokes are to be planned.
+    Planning,
     /// Strokes are drawn.
     Drawing,
+    /// All is drawn here: it looks back before it leaves.
+    Leaving,
+}
+
+impl State {
+    /// What surrounds an alignment, of a job that has one.
+    fn around<'a>(&self, job: &'a DriveJob) -> Option<Surrounds<'a>> {
+        let options = job.look.as_ref()?;
+        let first = || {
+            let layers = &job.places.get(self.place)?.drawing.layers;
+            layers.iter().position(|l| !l.strokes.is_empty())
+        };
+        let layer = self.pen.or_else(first).unwrap_or(0);
+        let calibrated = options.calibrated();
+        Some(Surrounds { job, options, place: self.place, stands: self.stands, layer, calibrated })
+    }
 }
 
 impl DrivenStrokes {
@@ -109,7 +135,8 @@ impl DrivenStrokes {
             reach: ReachReport::default(),
             planning: 0.0,
         };
-        Self { job, planned: None, state }
+        let alignment = job.look.as_ref().map(|options| Alignment::new(options, &job.base.transport));
+        Self { job, planned: None, alignment, state }
     }
 
     /// What could be drawn so far.
@@ -120,6 +147,31 @@ impl DrivenStrokes {
     /// Time taken by planning so far, s.
     pub fn planning(&self) -> f64 {
         self.state.planning
+    }
+
+    /// What it found out about where it stands, place after place.
+    pub fn aligned(&self) -> &[Aligned] {
+        self.alignment.as_ref().map_or(&[], Alignment::done)
+    }
+
+    /// The next task of the alignment, if it is at work.
+    fn align(&mut self) -> Result<Option<Task>, PolicyError> {
+        let around = self.state.around(&self.job);
+        let (Some(alignment), Some(around)) = (&mut self.alignment, around) else { return Ok(None) };
+        alignment.next(&around)
+    }
+
+    /// What the alignment has found out of where the base stands.
+    fn found_out(&mut self) -> Option<Pose> {
+        let around = self.state.around(&self.job)?;
+        self.alignment.as_mut()?.conclude(&around)
+    }
+
+    /// Goes on to the next place.
+    fn leave(&mut self) {
+        self.planned = None;
+        self.state.place += 1;
+        (self.state.phase, self.state.tries) = (Phase::Driving, 0);
     }
 
     /// The next drive: along the whole way at first, then straight to the place.
@@ -209,6 +261,35 @@ impl Policy for DrivenStrokes {
                     self.state.phase = Phase::Driving;
                 }
                 Phase::Standing => {
+                    self.state.phase = match &mut self.alignment {
+                        Some(alignment) => {
+                            alignment.begin(self.state.place, false, &self.job.base.transport);
+                            Phase::Aligning
+                        }
+                        None => Phase::Planning,
+                    };
+                }
+                Phase::Aligning => match self.align()? {
+                    Some(task) => return Ok(Some(task)),
+                    None => {
+                        self.state.phase = match self.found_out() {
+                            Some(stands) => {
+                                self.state.stands = stands;
+                                Phase::Aligned
+                            }
+                            None => Phase::Planning,
+                        };
+                    }
+                },
+                Phase::Aligned => return Ok(Some(Task::BelieveBase(self.state.stands))),
+                Phase::Leaving => match self.align()? {
+                    Some(task) => return Ok(Some(task)),
+                    None => {
+                        self.found_out();
+                        self.leave();
+                    }
+                },
+                Phase::Planning => {
                     let started = Instant::now();
                     let (segments, reach) = self.plan()?;
                     self.state.planning += started.elapsed().as_secs_f64();
@@ -226,9 +307,14 @@ impl Policy for DrivenStrokes {
                     let (at, count) = (self.state.segment, segments.len());
                     let Some(segment) = segments.get(at).cloned() else {
                         self.state.pen = segments.last().map(|s| s.layer).or(self.state.pen);
-                        self.planned = None;
-                        self.state.place += 1;
-                        (self.state.phase, self.state.tries) = (Phase::Driving, 0);
+                        let looks_back = self.job.look.as_ref().is_some_and(|l| l.look_back);
+                        match &mut self.alignment {
+                            Some(alignment) if looks_back && self.state.place + 1 < self.job.places.len() => {
+                                alignment.begin(self.state.place, true, &self.job.base.transport);
+                                self.state.phase = Phase::Leaving;
+                            }
+                            _ => self.leave(),
+                        }
                         continue;
                     };
                     self.state.segment += 1;
@@ -248,20 +334,35 @@ impl Policy for DrivenStrokes {
                 self.state.tries += 1;
                 self.state.phase = Phase::Arriving;
             }
+            Task::BelieveBase(_) if self.state.phase == Phase::Aligned => self.state.phase = Phase::Planning,
             Task::BelieveBase(_) => self.state.phase = Phase::Standing,
+            _ if matches!(self.state.phase, Phase::Aligning | Phase::Leaving) => {
+                let around = self.state.around(&self.job);
+                if let (Some(alignment), Some(around)) = (&mut self.alignment, around) {
+                    alignment.ended(&around, outcome);
+                }
+            }
             _ => {}
         }
         Ok(())
     }
 
+    fn gives_up(&self, _: &Task, outcome: &Outcome) -> bool {
+        !matches!(outcome.failure, None | Some(TaskFailure::MetNothing))
+    }
+
     fn save(&self) -> Vec<u8> {
-        saved(&self.state)
+        saved(&(&self.state, self.alignment.as_ref().map(|a| &a.state)))
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), PolicyError> {
         let planning = self.state.planning;
-        self.state = restored(bytes)?;
+        let (state, aligned): (State, Option<AlignmentState>) = restored(bytes)?;
+        self.state = state;
         (self.state.planning, self.planned) = (planning, None);
+        if let (Some(alignment), Some(aligned)) = (&mut self.alignment, aligned) {
+            alignment.restore(aligned);
+        }
         Ok(())
     }
 }

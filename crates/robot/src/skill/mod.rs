@@ -10,6 +10,7 @@ mod gripper_kit;
 mod hand_command;
 mod hand_model;
 mod held;
+mod looking;
 mod planned;
 mod policy;
 mod probing;
@@ -32,6 +33,7 @@ pub use hand_model::{BoxShape, FINGER_NAMES, FingerModel, HandModel, PALM_FACE, 
 pub use held::{
     grip_from_held, holding, holding_at, last_from_grip, tool_from_pen, tool_visuals, with_hand, with_hand_at,
 };
+pub use looking::{Aligned, CameraModel, FeelOptions, LookOptions, LookRefused, Picture};
 pub use planned::PlannedStrokes;
 pub use policy::{Drawer, Policy, PolicyError};
 pub use probing::{pieces, probe_places};

@@ -1,7 +1,7 @@
 //! What an arm does next, as a value: it can be compared, written down, and carried out by whoever has the arm.
 use serde::{Deserialize, Serialize};
 
-use super::Felt;
+use super::{Felt, Picture};
 use crate::control::DrivePath;
 use crate::math::Pose;
 use crate::plan::{DepthProfile, MotionSample, Segment, SegmentKind, Trajectory};
@@ -35,6 +35,8 @@ pub enum Task {
     Drive(DrivePath),
     /// Takes the base to stand at a pose, world, tilt included: the law goes on from there. Nothing moves.
     BelieveBase(Pose),
+    /// Stands for a time, s, until the arm is calm, and takes a picture with the hand's camera.
+    Look(f64),
 }
 
 /// A piece of motion on a timeline: moves that follow one another without rest share one.
@@ -132,6 +134,8 @@ pub struct Outcome {
     pub felt: Vec<Felt>,
     /// Where the base stands, after a drive.
     pub base: Option<BaseBelief>,
+    /// What the hand's camera saw, after a look.
+    pub picture: Option<Picture>,
     /// Why it failed, if it did.
     pub failure: Option<TaskFailure>,
 }
@@ -163,7 +167,12 @@ impl Task {
             | Self::Draw(m)
             | Self::Lift(m)
             | Self::ChangePen(m) => Some(m),
-            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) | Self::BelieveBase(_) => None,
+            Self::Fetch(_)
+            | Self::Return(_)
+            | Self::Wait(_)
+            | Self::Drive(_)
+            | Self::BelieveBase(_)
+            | Self::Look(_) => None,
         }
     }
 
@@ -189,7 +198,12 @@ impl Task {
             | Self::Draw(m)
             | Self::Lift(m)
             | Self::ChangePen(m) => m.visit = visit,
-            Self::Fetch(_) | Self::Return(_) | Self::Wait(_) | Self::Drive(_) | Self::BelieveBase(_) => {}
+            Self::Fetch(_)
+            | Self::Return(_)
+            | Self::Wait(_)
+            | Self::Drive(_)
+            | Self::BelieveBase(_)
+            | Self::Look(_) => {}
         }
         self
     }
@@ -201,7 +215,12 @@ impl Task {
             Self::Draw(m) | Self::Press(m) | Self::Probe(m, _) | Self::Lift(m) => Some(Some(m.segment.layer)),
             Self::Return(place) => Some(Some(place.layer)),
             Self::Fetch(_) => Some(None),
-            Self::Travel(_) | Self::ChangePen(_) | Self::Wait(_) | Self::Drive(_) | Self::BelieveBase(_) => None,
+            Self::Travel(_)
+            | Self::ChangePen(_)
+            | Self::Wait(_)
+            | Self::Drive(_)
+            | Self::BelieveBase(_)
+            | Self::Look(_) => None,
         };
         Precondition { holds, at }
     }
@@ -215,7 +234,7 @@ impl Task {
             }
             Self::ChangePen(_) => Effects { arm: true, ink: false, hand: true },
             Self::Fetch(_) | Self::Return(_) => Effects { arm: true, ink: false, hand: true },
-            Self::Wait(_) | Self::BelieveBase(_) => Effects::default(),
+            Self::Wait(_) | Self::BelieveBase(_) | Self::Look(_) => Effects::default(),
         }
     }
 

@@ -1,8 +1,9 @@
-//! The canvas as a depth camera sees it: a simulated stereo camera, and where it looks from.
+//! The canvas as cameras see it: a simulated stereo camera, and where it looks from; and a camera on the hand, which sees ink too.
 //!
-//! [`scan_canvas`] is the sensor: it sees the true canvas, and gives what a robot believes of what was seen.
+//! [`scan_canvas`] is the sensor: it sees the true canvas, and gives what a robot believes of what was seen. [`HandCamera`] gives pixels.
 mod depth_camera;
 mod error;
+mod hand_camera;
 mod marks;
 mod options;
 
@@ -16,6 +17,7 @@ use crate::truth::TrueCanvas;
 
 pub use depth_camera::DepthCamera;
 pub use error::ScanError;
+pub use hand_camera::{HandCamera, HandCameraOptions, Sight};
 pub use marks::{find_marks, sheet_corners};
 pub use options::{ScanOptions, Viewpoint, Viewpoints};
 

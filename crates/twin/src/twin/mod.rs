@@ -5,6 +5,7 @@ mod base;
 mod contact;
 pub mod grasp;
 mod log;
+mod look;
 mod options;
 mod plant;
 mod rapier_plant;

@@ -86,6 +86,8 @@ pub enum EventKind {
         /// Name of the ink.
         ink: String,
     },
+    /// The hand's camera took a picture.
+    Picture,
     /// The hand has lost the pen of this ink.
     PenLost {
         /// Name of the ink.

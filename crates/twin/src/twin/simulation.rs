@@ -3,10 +3,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::HandCamera;
 use crate::control::LawOptions;
 use crate::control::{MeasuredState, Reference};
 use crate::math::{Rgb, stream};
-use crate::plan::{MotionSample, SegmentKind};
+use crate::plan::{DepthProfile, MotionSample, Segment, SegmentKind, Trajectory};
 use crate::robot::{ArmModel, JointVector, Kinematics};
 use crate::skill::{Felt, Move};
 use crate::truth::TrueGripper;
@@ -41,6 +42,12 @@ pub enum TwinError {
     /// A drive of an arm that stands on no base.
     #[error("arm {arm} can't drive: it stands on no driven base")]
     NoBase {
+        /// Name of the arm.
+        arm: String,
+    },
+    /// A picture of an arm that has no camera.
+    #[error("arm {arm} can't look: it has no camera on its hand")]
+    NoCamera {
         /// Name of the arm.
         arm: String,
     },
@@ -109,6 +116,8 @@ pub struct SimulationState {
     pub(super) docks: Vec<DockState>,
     /// What drives the base, of an arm on one.
     pub(super) base: Option<DriveState>,
+    /// The camera on the hand, if there is one.
+    pub(super) eye: Option<HandCamera>,
 }
 
 /// A simulation of one arm that goes on from task to task, so that later tasks can follow from what earlier ones met.
@@ -147,7 +156,7 @@ impl Simulation {
         let kinematics = model.kinematics(&start);
         let twin = TwinArm { model, controller: law.controller(believed) };
         let arm = ArmState::new(index, twin, start, layer, &scene.pens, disturbance);
-        let state = SimulationState { step: 0, arm, plant, held: None, docks, base: None };
+        let state = SimulationState { step: 0, arm, plant, held: None, docks, base: None, eye: None };
         let stride = ((options.sample_period / options.dt).round() as u64).max(1);
         let options = options.clone();
         Ok(Self { scene, gripper, colors, law, options, state, kinematics, log: ArmLog::default(), stride })
@@ -380,6 +389,11 @@ impl Simulation {
         held.is_overloaded(&self.kinematics, force, [before, &self.joints()], self.options.dt)
     }
 
+    /// Where everything is now.
+    pub(super) fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
     /// The kinematics of the present joints.
     pub(super) fn refresh(&mut self) {
         if let ArmPlant::Mobile(p) = &self.state.plant {
@@ -418,6 +432,13 @@ impl Simulation {
     pub(super) fn plant_of(&self, model: &ArmModel, joints: &MeasuredState) -> Result<ArmPlant, TwinError> {
         plant(model, joints, &self.options)
     }
+}
+
+/// Standing still in a posture (rad) for a time, s, with the pen of a layer.
+pub(super) fn standing(posture: JointVector, layer: usize, time: f64) -> Move {
+    let (kind, trajectory, depth) = (SegmentKind::Wait, Trajectory::rest(posture, time), DepthProfile::default());
+    let segment = Segment { kind, layer, stroke: None, start: 0.0, trajectory, depth };
+    Move { segment, begins: true, ends: true, planned: None, visit: None }
 }
 
 /// A correction of the reference within a motion.

@@ -4,11 +4,10 @@ use serde::{Deserialize, Serialize};
 use super::{Localiser, MobilePlant, WheelCommand};
 use crate::control::{DriveFollower, DrivePath, DriveStep};
 use crate::math::Pose;
-use crate::plan::{DepthProfile, Segment, SegmentKind, Trajectory};
 use crate::robot::{BaseModel, BasePose, Mecanum, Odometry, WheelSpeeds};
-use crate::skill::{BaseBelief, Move};
+use crate::skill::BaseBelief;
 use crate::truth::TrueBase;
-use crate::twin::simulation::{ArmSetup, Simulation, TwinError};
+use crate::twin::simulation::{ArmSetup, Simulation, TwinError, standing};
 use crate::twin::{ArmPlant, BaseStand, TrueScene, TwinOptions};
 
 /// A base as a simulation begins with it.
@@ -112,20 +111,7 @@ impl Simulation {
             let options = path.options.within(&base.model.limits);
             base.follower = Some(DriveFollower::new(DrivePath { options, ..path.clone() }));
         }
-        let stand = |time| Move {
-            segment: Segment {
-                kind: SegmentKind::Wait,
-                layer,
-                stroke: None,
-                start: 0.0,
-                trajectory: Trajectory::rest(posture, time),
-                depth: DepthProfile::default(),
-            },
-            begins: true,
-            ends: true,
-            planned: None,
-            visit: None,
-        };
+        let stand = |time| standing(posture, layer, time);
         let movement = stand(LONGEST);
         for _ in 0..most {
             let Some(base) = &mut self.state.base else { return Err(self.no_base()) };
