@@ -21,6 +21,19 @@ pub enum CanvasError {
     /// The drawing doesn't fit on the canvas.
     #[error(transparent)]
     Map(#[from] MapError),
+    /// The drawing is larger than all of the canvas.
+    #[error(
+        "{source}; the whole canvas is {:.1} mm across, the drawing {:.1} x {:.1} mm: is the `scale` of its mesh right?",
+        1e3 * across, 1e3 * sheet[0], 1e3 * sheet[1]
+    )]
+    Small {
+        /// What doesn't fit.
+        source: MapError,
+        /// Diagonal of the box round the canvas, m.
+        across: f64,
+        /// Width and height of the drawing, m.
+        sheet: [f64; 2],
+    },
 }
 
 /// The scenario's nominal scene. The drawing lies on the sheet as it is; the sheet is moved and turned.
@@ -85,8 +98,14 @@ pub fn mapped(
     step: f64,
     map: MapStrokes,
 ) -> Result<SurfaceDrawing, CanvasError> {
-    let Some(overlay) = &scenario.canvas.overlay else { return Ok(map(drawing, mapping, step)?) };
     let sheet = [drawing.width, drawing.height];
+    let (low, high) = canvas.mesh.bounds();
+    let across = (high - low).norm();
+    let unfit = |source: MapError| match source {
+        MapError::OffSurface { .. } if across < sheet[0].max(sheet[1]) => CanvasError::Small { source, across, sheet },
+        source => source.into(),
+    };
+    let Some(overlay) = &scenario.canvas.overlay else { return map(drawing, mapping, step).map_err(unfit) };
     let (other, _) = mapping_of(canvas, overlay.mapping, sheet, &scenario.canvas.conformal)?;
     let n = drawing.layers.len();
     let mut laid = map(&part(drawing, 0, n / 2), mapping, step)?;

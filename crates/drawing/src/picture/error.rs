@@ -65,6 +65,14 @@ pub enum PictureError {
         /// What the decoder found.
         reason: String,
     },
+    /// A whole JPEG of a kind that isn't read.
+    #[error("{}: a JPEG with {kind} isn't read: save it as a usual one (baseline or progressive, Huffman coding)", file.display())]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+        /// What is unusual in it.
+        kind: &'static str,
+    },
     /// A picture with too many pixels.
     #[error("{}: {width} x {height} px are too many: scale it to {max} megapixels or fewer", file.display())]
     Huge {

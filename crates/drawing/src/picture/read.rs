@@ -55,7 +55,7 @@ pub struct Labels {
 ///
 /// # Errors
 /// [`PictureError::Io`]; [`PictureError::NoPicture`] when it is something else; [`PictureError::Damaged`] when it is broken or
-/// cut short: there is never half a picture; [`PictureError::Huge`] above 400 megapixels.
+/// cut short: there is never half a picture; [`PictureError::Foreign`] for a kind of JPEG that isn't read; [`PictureError::Huge`] above 400 megapixels.
 pub fn read(file: &Path, options: &ReadOptions) -> Result<Picture, PictureError> {
     open(file).and_then(|source| picture(source, options)).map_err(|fault| fault.of(file))
 }
@@ -82,6 +82,7 @@ enum Fault {
     Io(std::io::Error),
     NoPicture(String),
     Damaged { format: &'static str, reason: String },
+    Foreign { kind: &'static str },
     Huge { width: usize, height: usize },
     Heavy { width: usize, height: usize },
     NotGrey,
@@ -99,6 +100,7 @@ impl Fault {
             Self::Io(source) => PictureError::Io { file, source },
             Self::NoPicture(found) => PictureError::NoPicture { file, found },
             Self::Damaged { format, reason } => PictureError::Damaged { file, format, reason },
+            Self::Foreign { kind } => PictureError::Foreign { file, kind },
             Self::Huge { width, height } => PictureError::Huge { file, width, height, max: MAX_PIXELS / 1_000_000 },
             Self::Heavy { width, height } => PictureError::Heavy { file, width, height },
             Self::NotGrey => PictureError::NotGrey { file },

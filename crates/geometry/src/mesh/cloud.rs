@@ -15,7 +15,7 @@ const MAX_COORDINATE: f64 = 1e6;
 pub struct PointCloud {
     /// Positions, m.
     pub points: Vec<Point3<f64>>,
-    /// Outward normals, one a point, or none at all.
+    /// Outward normals, one a point, or none at all; zero where a point's isn't known.
     pub normals: Vec<Vector3<f64>>,
     /// Colours, one a point, or none at all.
     pub colors: Vec<Rgb>,
@@ -29,7 +29,8 @@ impl PointCloud {
 }
 
 /// Reads a cloud from a PLY file, text or binary of either byte order, and multiplies its coordinates by `scale` (m per unit of the
-/// file). Normals (nx, ny, nz) and colours (red, green, blue) are kept when every point has them; faces are passed over.
+/// file). Normals (nx, ny, nz) and colours (red, green, blue) are kept when every point has them, a normal that is not finite as zero;
+/// faces are passed over.
 ///
 /// # Errors
 /// [`MeshFileError`] names the file, the line where the file is text, and what would be right. Every coordinate must be finite.
@@ -44,14 +45,11 @@ pub fn read_cloud(file: &Path, scale: f64) -> Result<PointCloud, MeshFileError> 
     let bytes = files::read(file).map_err(|source| MeshFileError::Io { file: file.to_path_buf(), source })?;
     let mut cloud = ply::parse_cloud(&bytes).map_err(|e| wrong(e.line, e.message))?;
     cloud.points.iter_mut().for_each(|p| *p *= scale);
-    if let Some(i) = cloud.points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-        return Err(wrong(None, format!("point {i} is not finite: leave out the pixels that saw nothing")));
-    }
     if let Some(i) = cloud.points.iter().position(|p| p.coords.amax() > MAX_COORDINATE) {
         return Err(wrong(None, format!("point {i} is farther than 1e6 m away, so a scale may be wrong")));
     }
-    if let Some(i) = cloud.normals.iter().position(|n| !n.iter().all(|c| c.is_finite())) {
-        return Err(wrong(None, format!("the normal of point {i} is not finite")));
+    for normal in cloud.normals.iter_mut().filter(|n| !n.iter().all(|c| c.is_finite())) {
+        *normal = Vector3::zeros();
     }
     Ok(cloud)
 }
@@ -80,7 +78,11 @@ mod tests {
         let hole = PointCloud { points: vec![Point3::origin(), Point3::new(0.0, f64::NAN, 0.0)], ..Default::default() };
         let refused = read_bytes(&hole.to_ply()).unwrap_err().to_string();
         assert!(refused.contains("a.ply: point 1 is not finite"), "{refused}");
-        assert!(message(&format!("{HEADER}0 0 0\n0 nan 0\n")).starts_with("a.ply:"));
+        assert!(message(&format!("{HEADER}0 0 0\n0 nan 0\n")).starts_with("a.ply:9: point 1 is not finite"));
+        let normals =
+            HEADER.replace("end_header", "property float nx\nproperty float ny\nproperty float nz\nend_header");
+        let cloud = read_bytes(format!("{normals}0 0 0 nan nan nan\n0 1 0 0 0 1\n").as_bytes()).unwrap();
+        assert_eq!(cloud.normals, [Vector3::zeros(), Vector3::z()]);
         assert!(message(&format!("{HEADER}0 0 0\n0 1e9 0\n")).contains("a scale may be wrong"));
         assert!(message(&HEADER.replace("float y", "float q")).contains("no property y"));
         assert!(message(&HEADER.replace("vertex 2", "vertex 99999999999")).contains("more than the file can hold"));

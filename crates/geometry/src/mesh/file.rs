@@ -83,6 +83,13 @@ impl FormatError {
     }
 }
 
+/// The text of a file whose names may be in any encoding: without byte order mark, lines of an old Macintosh parted as others are.
+pub(super) fn text_of(bytes: &[u8]) -> String {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = String::from_utf8_lossy(bytes);
+    if text.contains('\n') { text.into_owned() } else { text.replace('\r', "\n") }
+}
+
 #[derive(Clone, Copy, PartialEq)]
 enum Format {
     Obj,

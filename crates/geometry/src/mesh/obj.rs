@@ -4,17 +4,28 @@ use std::fmt::Write as _;
 use nalgebra::Point3;
 
 use super::TriMesh;
-use super::file::{FormatError, RawMesh};
+use super::file::{FormatError, RawMesh, text_of};
 use super::polygon::triangulate;
 
-/// Parses `v` and `f` lines. Negative indices count back from the last vertex above them.
+/// Statements that end in a name, whose backslash may be part of a path: they don't go on in the next line.
+const NAMES: [&str; 4] = ["o", "g", "usemtl", "mtllib"];
+
+/// Parses `v` and `f` lines; a line that ends in a backslash goes on in the next one. Negative indices count back from the last vertex above them.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, FormatError> {
     // Names and comments may be in any encoding; the lines that matter are ASCII.
-    let text = String::from_utf8_lossy(bytes);
+    let text = text_of(bytes);
     let mut mesh = RawMesh::default();
-    for (i, line) in text.lines().enumerate() {
+    let mut lines = text.lines().map(|line| line.split('#').next().unwrap_or_default().trim()).enumerate();
+    while let Some((i, first)) = lines.next() {
         let line_number = i + 1;
-        let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
+        let mut line = first.to_string();
+        while line.ends_with('\\') && !first.split_whitespace().next().is_some_and(|w| NAMES.contains(&w)) {
+            line.pop();
+            let Some((_, next)) = lines.next() else { break };
+            line.push(' ');
+            line.push_str(next);
+        }
+        let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => mesh.vertices.push(vertex(words, line_number)?),
             Some("f") => {
@@ -80,6 +91,18 @@ pub(super) fn format(mesh: &TriMesh) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_go_on_after_a_backslash() {
+        let text = "\u{feff}v 0 0 \\\r\n 0\r\nv 1 \\\r\n 0 \\\r\n 0\r\nv 0 1 0 # C:\\\r\n\
+                    mtllib C:\\\r\nf 1 2 \\\r\n3\r\nf 1 2 9";
+        let short = &text[..text.len() - 7];
+        let mesh = parse(short.as_bytes()).unwrap();
+        assert_eq!((mesh.vertices.len(), mesh.triangles), (3, vec![[0, 1, 2]]));
+        // a fault is on the line on which its statement begins
+        assert_eq!(parse(text.as_bytes()).unwrap_err().line, Some(10));
+        assert_eq!(parse(b"v 0 0 0\\").unwrap().vertices.len(), 1);
+    }
 
     #[test]
     fn every_way_to_write_a_corner_is_read() {

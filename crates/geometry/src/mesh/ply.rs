@@ -1,9 +1,10 @@
 //! PLY (Stanford polygon format), text and binary of either byte order.
+use std::borrow::Cow;
 use std::io::Cursor;
 
 use nalgebra::{Point3, Vector3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult};
 
 use super::TriMesh;
 use super::cloud::PointCloud;
@@ -11,13 +12,17 @@ use super::file::{FormatError, RawMesh};
 use super::polygon::triangulate;
 use crate::math::Rgb;
 
-/// Parses the elements `vertex` (x, y, z) and `face` (a list `vertex_indices` or `vertex_index`).
+/// Parses the elements `vertex` (x, y, z), `face` (a list `vertex_indices` or `vertex_index`) and `tristrips`.
 pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, FormatError> {
+    let bytes = &plain_numbers(bytes)[..];
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(explain)?;
     check_header(&header, bytes.len())?;
-    if !FACE_LISTS.iter().any(|list| has(&header, "face", list)) {
-        return Err(FormatError::new("header has no faces: a mesh needs an element face with a list vertex_indices"));
+    let strips = STRIPS.iter().find(|name| FACE_LISTS.iter().any(|list| has(&header, name, list)));
+    if strips.is_none() && !FACE_LISTS.iter().any(|list| has(&header, "face", list)) {
+        return Err(FormatError::new(
+            "header has no faces: a mesh needs an element face (or tristrips) with a list vertex_indices",
+        ));
     }
     let mut mesh = RawMesh::default();
     let mut faces = Vec::new();
@@ -27,9 +32,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, FormatError> {
                 let parsed = elements::<Vertex>(&mut reader, element, &header)?;
                 mesh.vertices = parsed.iter().map(|v| Point3::from(v.at)).collect();
             }
-            "face" => faces = elements::<Face>(&mut reader, element, &header)?,
+            name if strips.is_some_and(|s| *s == name) => {
+                for strip in elements::<Face>(&mut reader, element, &header)? {
+                    strip.into_triangles(&mut faces);
+                }
+            }
+            "face" => faces.extend(elements::<Face>(&mut reader, element, &header)?),
             _ => drop(elements::<Skipped>(&mut reader, element, &header)?),
         }
+    }
+    if let Some(i) = mesh.vertices.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
+        return Err(not_finite(bytes, &header, "vertex", i));
     }
     let count = mesh.vertices.len();
     for (i, Face { corners }) in faces.iter().enumerate() {
@@ -50,6 +63,52 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, FormatError> {
         );
     }
     Ok(mesh)
+}
+
+/// A text file with every number as the parser takes it: digits on both sides of a point, and 1e999, which is read as infinite, for
+/// what is not finite. Other files as they are.
+fn plain_numbers(bytes: &[u8]) -> Cow<'_, [u8]> {
+    const END: &[u8] = b"end_header";
+    let Some(end) = bytes.windows(END.len()).position(|w| w == END).map(|at| at + END.len()) else {
+        return bytes.into();
+    };
+    let (header, body) = bytes.split_at(end);
+    let is_text = header.split(|b| *b == b'\n').any(|l| l.trim_ascii().starts_with(b"format ascii"));
+    let Some(body) = is_text.then(|| std::str::from_utf8(body).ok()).flatten() else { return bytes.into() };
+    let mut plain = header.to_vec();
+    plain.reserve(body.len());
+    for piece in body.split_inclusive(char::is_whitespace) {
+        let word = piece.trim_end();
+        match odd_number(word) {
+            Some(number) => {
+                plain.extend(number.as_bytes());
+                plain.extend(&piece.as_bytes()[word.len()..]);
+            }
+            None => plain.extend(piece.as_bytes()),
+        }
+    }
+    plain.into()
+}
+
+/// A number that is not finite, or has no digit on one side of its point, in the parser's spelling; `None` for any other word.
+fn odd_number(word: &str) -> Option<String> {
+    let digits = word.trim_start_matches(['+', '-']);
+    let lower = digits.to_ascii_lowercase();
+    // Microsoft's libraries write 1.#QNAN, 1.#INF and 1.#IND
+    if lower.starts_with("nan") || lower.starts_with("inf") || lower.starts_with("1.#") {
+        return Some("1e999".into());
+    }
+    let (whole, rest) = digits.split_once('.')?;
+    let fraction = rest.split(['e', 'E']).next().unwrap_or_default();
+    (whole.is_empty() || fraction.is_empty()).then(|| word.parse::<f64>().ok())?.map(|v| format!("{v:e}"))
+}
+
+/// Says which vertex or point is not finite, and on which line of a text file.
+fn not_finite(bytes: &[u8], header: &Header, what: &str, index: usize) -> FormatError {
+    let first = header.elements.values().next().is_some_and(|e| e.name == "vertex");
+    let lines = (bytes.split(|b| *b == b'\n')).position(|l| l.trim_ascii() == b"end_header").map(|l| l + 1);
+    let line = lines.filter(|_| first && header.encoding == Encoding::Ascii).map(|above| above + index + 1);
+    FormatError { line, message: format!("{what} {index} is not finite: leave out the pixels that saw nothing") }
 }
 
 /// Refuses a header that promises more than the file can hold, before anything is made for it.
@@ -75,6 +134,7 @@ fn has(header: &Header, element: &str, property: &str) -> bool {
 /// Parses the points of the element `vertex`: x, y, z, and if they are there nx, ny, nz and red, green, blue (0 to 255). Faces are
 /// passed over.
 pub(super) fn parse_cloud(bytes: &[u8]) -> Result<PointCloud, FormatError> {
+    let bytes = &plain_numbers(bytes)[..];
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = Parser::<Vertex>::new().read_header(&mut reader).map_err(explain)?;
     check_header(&header, bytes.len())?;
@@ -96,7 +156,10 @@ pub(super) fn parse_cloud(bytes: &[u8]) -> Result<PointCloud, FormatError> {
             }
         }
     }
-    Ok(cloud)
+    match cloud.points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+        Some(i) => Err(not_finite(bytes, &header, "point", i)),
+        None => Ok(cloud),
+    }
 }
 
 fn elements<E: PropertyAccess>(
@@ -116,6 +179,9 @@ fn explain(e: ParseError) -> FormatError {
 }
 
 const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Elements that hold triangle strips, parted by -1.
+const STRIPS: [&str; 2] = ["tristrips", "tristrip"];
 
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 const COLOR: [&str; 3] = ["red", "green", "blue"];
@@ -159,6 +225,21 @@ impl PropertyAccess for Vertex {
 
 struct Face {
     corners: Vec<i64>,
+}
+
+impl Face {
+    /// The triangles of a strip: each corner makes one with the two before it, every other one the other way round.
+    fn into_triangles(self, faces: &mut Vec<Self>) {
+        for strip in self.corners.split(|c| *c == -1) {
+            let turned = strip
+                .windows(3)
+                .enumerate()
+                .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] });
+            // a corner given twice turns the strip, and makes a triangle without area
+            let whole = turned.filter(|[a, b, c]| a != b && b != c && c != a);
+            faces.extend(whole.map(|t| Self { corners: t.to_vec() }));
+        }
+    }
 }
 
 impl PropertyAccess for Face {
@@ -253,6 +334,33 @@ mod tests {
         let mesh = parse(text.as_bytes()).unwrap();
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(mesh.vertices[2], Point3::new(1.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn strips_are_taken_apart_and_face_one_way() {
+        let text = HEADER.replace("element face", "element tristrips");
+        let mesh =
+            parse(format!("{text}0 0 0 9\n1. 0 0 9\n0 +1. .0 9\n1 1 -.0e0 9\n6 0 1 2 3 -1 1\n").as_bytes()).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3]]);
+        assert_eq!(mesh.vertices[2], Point3::new(0.0, 1.0, 0.0));
+        let out = parse(format!("{text}0 0 0 9\n1 0 0 9\n0 1 0 9\n1 1 0 9\n3 0 1 7\n").as_bytes()).unwrap_err();
+        assert!(out.message.contains("vertex 7"), "{}", out.message);
+    }
+
+    #[test]
+    fn only_a_number_that_is_needed_has_to_be_finite() {
+        let text = HEADER.replace("uchar red", "float nx");
+        let whole = format!("{text}0 0 0 nan\n1 0 0 -nan(ind)\n1 1 0 1.#QNAN\n0 1 0 -inf\n4 0 1 2 3\n");
+        assert_eq!(parse(whole.as_bytes()).unwrap().triangles.len(), 2);
+        for word in ["nan", "-inf", "1e999", "1.#IND"] {
+            let text = whole.replacen("1 1 0", &format!("1 {word} 0"), 1);
+            let refused = parse(text.as_bytes()).unwrap_err();
+            assert!(
+                refused.line == Some(14) && refused.message.starts_with("vertex 2 is not finite"),
+                "{}",
+                refused.message
+            );
+        }
     }
 
     #[test]

@@ -37,6 +37,10 @@ use crate::mesh::{MeshFileError, TriMesh};
 const CANVAS_TRIANGLE_MM: f64 = 5.0;
 /// The same for furniture, which nothing touches.
 const FURNITURE_TRIANGLE_MM: f64 = 25.0;
+/// Farthest that the canvas may stick out of the sheet at its centre towards the artist, m: a sheet may lie within a thick canvas.
+const MOST_BEFORE: f64 = 0.1;
+/// Farthest that the sheet may float from the canvas, m.
+const MOST_BEHIND: f64 = 2.0;
 /// `normal` and `up` must be at least this far from parallel (sine of the angle).
 const MIN_SINE: f64 = 0.02;
 
@@ -146,8 +150,7 @@ impl Scene {
             .frame()
             .map_err(|(key, message)| diagnostic::invalid(text, file, &format!("sheet.{key}"), message))?;
         let canvas = Canvas { name, mesh, sheet: sheet_frame };
-        if Projection::new(&canvas).to_surface(&nalgebra::Point2::origin()).is_none() {
-            let message = "no canvas behind the sheet's centre (xyz_mm), or it faces away: look along -normal";
+        if let Some(message) = misplaced(&canvas) {
             return Err(diagnostic::invalid(text, file, "sheet.xyz_mm", message).into());
         }
         let furniture = furniture
@@ -162,6 +165,31 @@ impl Scene {
             .collect::<Result<_, SceneError>>()?;
         Ok(Self { canvas, color, friction, wall, furniture })
     }
+}
+
+/// What is wrong with where the canvas is as seen from the sheet, if anything.
+fn misplaced(canvas: &Canvas) -> Option<String> {
+    let world_from_sheet = &canvas.sheet.world_from_sheet;
+    let Some(seen) = Projection::new(canvas).to_surface(&nalgebra::Point2::origin()) else {
+        let places = canvas.mesh.vertices().iter().map(|p| world_from_sheet.inverse_transform_point(p).coords * 1e3);
+        let start = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let (low, high) = places.fold(start, |(low, high), p| (low.inf(&p), high.sup(&p)));
+        return Some(format!(
+            "no canvas behind the sheet's centre (xyz_mm), or it faces away: look along -normal; from there the canvas is at \
+             {:.1} to {:.1} mm to the right, {:.1} to {:.1} mm upwards and {:.1} to {:.1} mm along the normal",
+            low.x, high.x, low.y, high.y, low.z, high.z
+        ));
+    };
+    let gap = world_from_sheet.inverse_transform_point(&seen.position).z;
+    let where_to = "move the sheet (xyz_mm) to just before the canvas";
+    if gap > MOST_BEFORE {
+        return Some(format!(
+            "the canvas is {:.1} mm before the sheet, on the artist's side of it, where none is looked for: {where_to}, or turn \
+             its normal round",
+            1e3 * gap
+        ));
+    }
+    (gap < -MOST_BEHIND).then(|| format!("the canvas is {:.1} mm behind the sheet: {where_to}", -1e3 * gap))
 }
 
 impl SheetFile {
@@ -223,7 +251,13 @@ mod tests {
         assert_eq!(mistake("'dome'", "'dom'"), "s.toml:3: unknown value `dom`: did you mean `dome`?");
         assert!(mistake("up = [1, 0, 0]", "up = [0, 0, 2]").starts_with("s.toml:10: up is parallel"));
         assert!(mistake("normal = [0, 0, 1]", "normal = [0, 1, 0]").contains("no canvas behind"));
-        assert!(mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [0, 0, 500]").starts_with("s.toml:8:"));
+        let aside = mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [0, 0, 500]");
+        assert!(aside.starts_with("s.toml:8:") && aside.contains("370.0 to 670.0 mm upwards"), "{aside}");
+        let before = mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [520, 0, 100]");
+        assert!(before.starts_with("s.toml:8: the canvas is 350.0 mm before the sheet"), "{before}");
+        let behind = mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [520, 0, 3000]");
+        assert!(behind.starts_with("s.toml:8: the canvas is 2550.0 mm behind the sheet"), "{behind}");
+        assert!(parse(&DOME.replace("xyz_mm = [520, 0, 500]", "xyz_mm = [520, 0, 400]")).is_ok());
         assert!(mistake("[canvas]", "friction = -1\n[canvas]").starts_with("s.toml:2:"));
         assert!(mistake("triangle_mm = 20", "triangle_mm = 1e-6").contains("triangle size"));
         let furniture =
@@ -234,6 +268,21 @@ mod tests {
         );
         let lost = mistake("shape = 'dome'\nradius_mm = 150\ntriangle_mm = 20", "shape = 'mesh'\nmesh = 'nowhere.obj'");
         assert!(lost.starts_with("nowhere.obj: "), "{lost}");
+    }
+
+    #[test]
+    fn a_mesh_of_an_absurd_size_is_asked_about_its_scale() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("m.obj"), "v -0.1 -0.1 0\nv 0.1 -0.1 0\nv 0 0.1 0\nf 1 2 3\n").unwrap();
+        let of = |scale: f64| {
+            let shape = format!("shape = 'mesh'\nmesh = 'm.obj'\nscale = {scale:?}");
+            let text = DOME.replace("shape = 'dome'\nradius_mm = 150\ntriangle_mm = 20", &shape);
+            Scene::parse(&text, &folder.path().join("s.toml")).map(|_| ()).map_err(|e| e.to_string())
+        };
+        assert_eq!(of(1.0), Ok(()));
+        let small = of(0.001).unwrap_err();
+        assert!(small.contains("s.toml:5: the mesh is 0.200 x 0.200 x 0.000 mm: is `scale` right?"), "{small}");
+        assert!(of(1000.0).unwrap_err().contains("is `scale` right?"));
     }
 
     /// Shoulders of the arms that a scene is made for, m: UR5e around a table, or else the iiwa on its pedestal.

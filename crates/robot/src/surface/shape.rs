@@ -16,6 +16,11 @@ const WALL_MM: f64 = 3.0;
 /// From bump to bump of a column unless the scene says otherwise, mm.
 const BUMP_WAVELENGTH_MM: f64 = 140.0;
 
+/// Longest side, m, below which a mesh is taken to be in a wrong unit: a grain.
+const LEAST_MESH: f64 = 5e-3;
+/// The same, above which it is: a building.
+const MOST_MESH: f64 = 50.0;
+
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum ShapeKind {
@@ -123,6 +128,21 @@ impl ShapeError {
     }
 }
 
+/// Refuses a mesh of a size at which the wrong unit is likelier than the thing.
+fn believable(mesh: &TriMesh, scale: f64) -> Result<(), ShapeError> {
+    let (low, high) = mesh.bounds();
+    let size = high - low;
+    if (LEAST_MESH..MOST_MESH).contains(&size.max()) {
+        return Ok(());
+    }
+    let [x, y, z] = [size.x, size.y, size.z].map(|c| 1e3 * c);
+    let message = format!(
+        "the mesh is {x:.3} x {y:.3} x {z:.3} mm: is `scale` right? {scale} is the metres a unit of the file; 1 is for a file in \
+         metres, 0.001 for one in millimetres"
+    );
+    Err(ShapeError::Key { key: "scale", message })
+}
+
 impl ShapeFile {
     /// The mesh, m, at its pose. `scene` gives the folder of mesh files; `triangle_mm` is the usual triangle size.
     pub fn mesh(&self, scene: &Path, triangle_mm: f64) -> Result<TriMesh, ShapeError> {
@@ -195,7 +215,9 @@ impl ShapeFile {
                 let file = self.mesh.as_ref().ok_or_else(|| self.missing("mesh"))?;
                 let file = scene.parent().unwrap_or(Path::new("")).join(file);
                 let scale = self.positive("scale", Some(self.scale.unwrap_or(1.0)))?;
-                mesh::read(&file, scale).map_err(ShapeError::MeshFile)?
+                let mesh = mesh::read(&file, scale).map_err(ShapeError::MeshFile)?;
+                believable(&mesh, scale)?;
+                mesh
             }
         };
         Ok(mesh)

@@ -26,6 +26,8 @@ struct Outline {
     held: bool,
     /// The end marker is there.
     ended: bool,
+    /// Of a kind that the decoder doesn't know: which.
+    foreign: Option<&'static str>,
 }
 
 /// Walks the segments up to the first scan, then looks for the end.
@@ -42,6 +44,9 @@ fn outline(bytes: &[u8]) -> Option<Outline> {
         }
         let length = usize::from(u16::from_be_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]));
         let body = bytes.get(at + 2..at + length.max(2))?;
+        if let Some(kind) = foreign(marker, body) {
+            return Some(Outline { foreign: Some(kind), ..found });
+        }
         match marker {
             0xc0..=0xc2 => {
                 found.components = *body.get(5)?;
@@ -60,12 +65,26 @@ fn outline(bytes: &[u8]) -> Option<Outline> {
     }
 }
 
+/// The kind of a JPEG that the decoder doesn't know, by a frame's marker (ITU-T T.81, table B.1) and body.
+fn foreign(marker: u8, body: &[u8]) -> Option<&'static str> {
+    match marker {
+        0xc9..=0xcb | 0xcc..=0xcf => Some("arithmetic coding"),
+        0xc3 => Some("lossless coding"),
+        0xc5..=0xc7 => Some("hierarchical coding"),
+        0xc0..=0xc2 if body.first().is_some_and(|bits| *bits != 8) => Some("more than 8 bits a colour"),
+        _ => None,
+    }
+}
+
 /// Decodes a JPEG: grey, YCbCr, RGB, CMYK or YCCK.
 ///
 /// Adobe stores CMYK inverted and says so by its segment; without it 255 is full ink (as in ITU-T T.872). Ink becomes
 /// sRGB by `(1 - ink)(1 - black)`, as browsers do without the press's profile.
 pub(super) fn decode(mut bytes: Vec<u8>) -> Result<Jpeg, Fault> {
     let outline = outline(&bytes).ok_or_else(|| Fault::damaged("JPEG", "it ends before its first scan"))?;
+    if let Some(kind) = outline.foreign {
+        return Err(Fault::Foreign { kind });
+    }
     if !outline.ended {
         return Err(Fault::damaged("JPEG", "its end is missing"));
     }

@@ -141,6 +141,14 @@ fn a_message_names_the_file_and_what_would_be_right() {
     assert!(says("a.png", b"").contains("the file is empty: a picture has to be a PNG or a JPEG"));
     assert!(says("b.png", b"RIFF....WEBPVP8 ").contains("WebP"));
     assert!(says("c.jpg", &GREY[..200]).contains("cut short"));
+    // the frame's marker says how it is coded: SOF10 arithmetic, SOF3 lossless
+    for (marker, kind) in [(0xca, "arithmetic coding"), (0xc3, "lossless coding")] {
+        let mut other = GREY.to_vec();
+        let at = other.windows(2).position(|w| w == [0xff, 0xc2]).unwrap();
+        other[at + 1] = marker;
+        let said = says("c.jpg", &other);
+        assert!(said.contains(kind) && !said.contains("cut short"), "{said}");
+    }
     let mut huge = png(1, 1, ColorType::Grayscale, 8, &[0], |_| {});
     huge.truncate(8);
     huge.extend(b"\0\0\0\x0dIHDR\0\x01\0\0\0\x01\0\0\x08\0\0\0\0\x49\xef\x6f\x3f");
