@@ -122,6 +122,9 @@ pub(super) fn believe(
     progress: &dyn Progress,
 ) -> Result<Believed, RunError> {
     progress.stage("mapping", None);
+    for warning in setup.cell.arms.iter().flat_map(|arm| &arm.warnings) {
+        progress.note(warning);
+    }
     let (canvas, scan) = match &scenario.scan {
         Some(settings) => {
             let (canvas, scan) = Scan::make(settings, setup, scenario.seed)?;

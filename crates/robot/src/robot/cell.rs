@@ -77,6 +77,8 @@ pub struct Arm {
     pub base: Option<BaseModel>,
     /// What the URDF files said that is not used.
     pub notes: Vec<String>,
+    /// Numbers in them that can hardly be meant.
+    pub warnings: Vec<String>,
 }
 
 /// The robot file as written.
@@ -271,7 +273,7 @@ impl ArmFile {
             packages: self.packages.iter().map(|(name, dir)| (name.clone(), folder.join(dir))).collect(),
             freeze: self.freeze.clone(),
         };
-        let UrdfArm { mut model, mut notes } = load_with_notes(&folder.join(&self.urdf), &options)
+        let UrdfArm { mut model, mut notes, mut warnings } = load_with_notes(&folder.join(&self.urdf), &options)
             .map_err(|e| place.misnamed(e, |option| option.replace("tip_", "flange_")))?;
         if let Some(name) = &self.name {
             model.name.clone_from(name);
@@ -312,6 +314,7 @@ impl ArmFile {
                 );
             }
             notes.extend(loaded.notes);
+            warnings.extend(loaded.warnings);
             mount(&mut model, &loaded.model);
         }
         let gripper = match &self.gripper {
@@ -323,7 +326,7 @@ impl ArmFile {
         };
         let home = posture(&self.home_deg, &model).map_err(|message| place.invalid("home_deg", message))?;
         let service = posture(&self.service_deg, &model).map_err(|message| place.invalid("service_deg", message))?;
-        Ok(Arm { model, home, service, last_from_flange, gripper, base: None, notes })
+        Ok(Arm { model, home, service, last_from_flange, gripper, base: None, notes, warnings })
     }
 }
 

@@ -11,6 +11,7 @@
 //!
 //! Collision shapes become capsules: capsules and spheres exactly (`length` of a capsule is that of its cylinder), boxes,
 //! cylinders and meshes by a capsule around them, which is never too small. Meshes are STL or OBJ.
+mod doubt;
 mod shape;
 mod source;
 mod tree;
@@ -21,6 +22,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Point3, Vector3};
 use urdf_rs::JointType;
 
+use self::doubt::Doubt;
 use self::shape::Shapes;
 use self::source::Source;
 use self::tree::{Tree, axis_of, held_pose, pose_of};
@@ -50,6 +52,8 @@ pub struct UrdfArm {
     /// One line for each kind of element that was read over (`<gazebo>`, `<transmission>`, ...) and for links above the
     /// base.
     pub notes: Vec<String>,
+    /// One line for each number that can hardly be meant, such as a limit in degrees.
+    pub warnings: Vec<String>,
 }
 
 /// Reads the arm of a URDF file.
@@ -87,16 +91,18 @@ pub fn parse(text: &str, file: &Path, options: &UrdfOptions) -> Result<UrdfArm, 
     let base = tree.base(options.base_link.as_deref())?;
     let tip = tree.tip(options.tip_link.as_deref(), base)?;
     let path = tree.path(base, tip)?;
-    let mut builder = Builder { source: &source, options, tree: &tree, shapes: Shapes::new(&source, options) };
+    let mut builder =
+        Builder { source: &source, options, tree: &tree, shapes: Shapes::new(&source, options), warnings: Vec::new() };
     let mut model = builder.arm(base, tip, &path)?;
     model.name.clone_from(&source.robot.name);
+    let warnings = builder.warnings;
     let mut notes = source.notes.clone();
     let mut link = base;
     while let Some((_, parent)) = tree.up(link) {
         notes.push(format!("link `{}` is above the base and left out", source.robot.links[parent].name));
         link = parent;
     }
-    Ok(UrdfArm { model, notes })
+    Ok(UrdfArm { model, notes, warnings })
 }
 
 /// Reads a URDF as one rigid body, all its joints held at 0, with the poses of some of its links in the frame of the base link.
@@ -138,6 +144,7 @@ struct Builder<'s> {
     options: &'s UrdfOptions,
     tree: &'s Tree<'s>,
     shapes: Shapes<'s>,
+    warnings: Vec<String>,
 }
 
 impl Builder<'_> {
@@ -158,6 +165,7 @@ impl Builder<'_> {
                 let Some((j, parent)) = self.tree.up(i) else { continue };
                 let Some(up) = carried[parent] else { continue };
                 let joint = &self.source.robot.joints[j];
+                self.doubt(doubt::of_joint(joint), |source, message| source.bad_joint(j, message))?;
                 carried[i] = Some(match self.tree.held(j, self.options)? {
                     Some(position) => {
                         let body_from_link = up.body_from_link * held_pose(joint, position);
@@ -213,8 +221,13 @@ impl Builder<'_> {
     /// Adds URDF link `i` to the body that carries it.
     fn merge(&mut self, i: usize, place: &Carried, body: &mut LinkModel) -> Result<(), RobotError> {
         let (visuals, capsules) = (self.shapes.visuals(i)?, self.shapes.capsules(i)?);
+        self.doubt(doubt::of_shapes(&capsules), |source, message| source.bad_link(i, message))?;
         if self.source.links[i].has_inertial {
             let inertia = self.inertia(i)?;
+            if place.body > 0 {
+                let odd = doubt::of_inertia(&inertia, &capsules, &visuals);
+                self.doubt(odd, |source, message| source.bad_link(i, message))?;
+            }
             body.inertia = body.inertia.joined(&inertia.seen_from(&place.body_from_link));
         } else if place.body > 0 && !(visuals.is_empty() && capsules.is_empty()) {
             let message = "has a shape and moves, but no <inertial>; give it a mass (kg) and inertia (kg m2), or remove its shape";
@@ -225,6 +238,21 @@ impl Builder<'_> {
             v.link_from_visual = place.body_from_link * v.link_from_visual;
             v
         }));
+        Ok(())
+    }
+
+    /// Refuses what can't be, and keeps what may be meant as a warning; `error` places the words in the file.
+    fn doubt(
+        &mut self,
+        doubts: impl IntoIterator<Item = Doubt>,
+        error: impl Fn(&Source, String) -> RobotError,
+    ) -> Result<(), RobotError> {
+        for doubt in doubts {
+            match doubt {
+                Doubt::Odd(message) => self.warnings.push(error(self.source, message).to_string()),
+                Doubt::Absurd(message) => return Err(error(self.source, message)),
+            }
+        }
         Ok(())
     }
 
@@ -439,7 +467,7 @@ mod tests {
 
     #[test]
     fn links_on_fixed_joints_are_merged_into_their_carrier() {
-        let UrdfArm { model, notes } = read(ARM).expect("loads");
+        let UrdfArm { model, notes, .. } = read(ARM).expect("loads");
         assert_eq!(model.dof(), 2);
         assert_eq!(model.joints[0].axis, Vector3::z());
         assert_eq!(model.joints[1].kind, JointKind::Prismatic);
@@ -488,6 +516,56 @@ mod tests {
             if !say.is_empty() {
                 assert!(message.starts_with(&format!("arm.urdf:{line}:")), "`{message}` should be at line {line}");
             }
+        }
+    }
+
+    #[test]
+    fn numbers_that_can_hardly_be_meant_are_named() {
+        let warned = |from: &str, to: &str| {
+            assert!(ARM.contains(from), "{from}");
+            read(&ARM.replacen(from, to, 1)).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n")
+        };
+        assert_eq!(read(ARM).unwrap().warnings, Vec::<String>::new());
+        let upper = "<mass value=\"2\"/><inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/>";
+        let of = |i: &str| upper.replace("0.1", i);
+        for (from, to, says) in [
+            (
+                upper,
+                &of("5")[..],
+                "arm.urdf:9: link `upper`: an inertia of up to 5.000000 kg m2 on 2.000 kg puts its mass 1936.5 mm",
+            ),
+            (upper, &of("1e-7"), "link `upper`: an inertia"),
+            (
+                "lower=\"-1\" upper=\"1\"",
+                "lower=\"-120\" upper=\"120\"",
+                "joint `turn`: its limits -120 to 120 rad are 38.2 turns",
+            ),
+            ("velocity=\"2\"", "velocity=\"180\"", "give 3.1416"),
+            ("upper=\"0.3\"", "upper=\"300\"", "joint `slide`: its limits 0 to 300 m"),
+            ("xyz=\"0 0 0.2\"", "xyz=\"0 0 5\"", "joint `turn`: it lies 5.00 m from"),
+            ("rpy=\"0 1.57", "rpy=\"0 91.57", "joint `mount`: its origin turns by 91.57"),
+            (
+                "<collision><geometry><box",
+                "<collision><origin xyz=\"4 0 0\"/><geometry><box",
+                "link `upper`: a collision shape reaches 4.",
+            ),
+        ] {
+            let said = warned(from, to);
+            assert!(said.contains(says), "`{said}` should say `{says}`");
+        }
+        // a thousand times too large can't be at all
+        assert!(refusal(upper, &of("50000")).contains("link `upper`: an inertia of up to 50000.000000 kg m2"));
+        assert!(refusal("xyz=\"0 0 0.2\"", "xyz=\"0 0 200\"").contains("200.00 m"));
+        assert!(
+            refusal("<collision><geometry><box", "<collision><origin xyz=\"400 0 0\"/><geometry><box").contains("in m")
+        );
+    }
+
+    #[test]
+    fn the_projects_own_robots_are_believed() {
+        for (file, base, tip) in [("iiwa7.urdf", "link_0", "link_ee"), ("ur5e.urdf", "base_link", "tool0")] {
+            let arm = load_with_notes(&robots(file), &chain(base, tip)).expect("loads");
+            assert_eq!(arm.warnings, Vec::<String>::new(), "{file}");
         }
     }
 
