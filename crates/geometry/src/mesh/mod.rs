@@ -11,6 +11,7 @@ mod extrusion;
 mod file;
 mod flat_error;
 mod flatten;
+mod grown;
 mod hausdorff;
 mod laplacian;
 mod lscm;

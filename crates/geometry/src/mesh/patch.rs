@@ -2,6 +2,7 @@
 use nalgebra::{Point2, Point3, Vector3};
 
 use super::clip::clip;
+use super::grown::grown;
 use super::repair::{Repairs, Sheet, nearest_triangle, weld};
 use super::seam::cut_to_disc;
 use super::topology::{NONE, next, start};
@@ -22,6 +23,9 @@ pub enum Extent {
     /// What lies in the prism over a rectangle of the sheet, half as wide and half as high as given (m), faces the artist
     /// (by at most 85 degrees), and hangs together with the point under the sheet's centre. Cut exactly.
     Prism([f64; 2]),
+    /// What is at most this far from that point along the surface (m, measured along edges), whichever way it faces, with all that it
+    /// surrounds: for surfaces that overhang, which a prism tears.
+    Along(f64),
     /// All that hangs together with that point. What isn't a disc is cut open along a seam far from it.
     Whole,
 }
@@ -85,6 +89,7 @@ impl Patch {
         let mut repairs = Repairs::default();
         let soup = match extent {
             Extent::Whole => weld(mesh.vertices(), mesh.triangles()),
+            Extent::Along(radius) => grown(mesh.vertices(), mesh.triangles(), &anchor, radius),
             Extent::Prism(half) => prism(mesh, &sheet_from_world, half),
         };
         let mut sheet = Sheet::new(soup, &anchor, &outward, &mut repairs).ok_or(PatchError::NoSurface)?;
@@ -206,7 +211,7 @@ fn fill_holes(sheet: &mut Sheet, extent: Extent, bridge: f64, open: &mut Vec<boo
     for (hole, length) in loops.iter().zip(&lengths) {
         let outer = match extent {
             Extent::Whole => *length == longest || *length >= BOUNDARY,
-            Extent::Prism(_) => *length == longest && !std::mem::replace(&mut outer_seen, true),
+            Extent::Prism(_) | Extent::Along(_) => *length == longest && !std::mem::replace(&mut outer_seen, true),
         };
         if outer {
             continue;

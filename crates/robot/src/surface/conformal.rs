@@ -15,6 +15,12 @@ const MARGIN_SHARE: f64 = 0.25;
 const UPRIGHT_RADIUS: f64 = 0.01;
 /// A point farther than this, m, from the surface is not on it.
 const FAR: f64 = 0.05;
+/// Largest mean error of angles, degrees, with which the surface that was asked for is taken without looking further.
+const MOST_ANGLE_ERROR: f64 = 5.0;
+/// Share of its error that another way may have at most to be taken instead.
+const BETTER: f64 = 0.8;
+/// How much longer the way along edges may be than the straight one, on triangles of equal sides.
+const EDGE_DETOUR: f64 = 1.155;
 /// Points at which the drawing's outline is looked up in the chart.
 const OUTLINE: usize = 256;
 
@@ -121,7 +127,6 @@ pub struct FlattenReport {
 #[derive(Clone)]
 pub struct ConformalMap {
     chart: Chart,
-    half: [f64; 2],
 }
 
 impl ConformalMap {
@@ -143,21 +148,10 @@ impl ConformalMap {
         let half = sheet.map(|s| s / 2.0);
         let margin =
             options.margin_mm.map_or_else(|| LEAST_MARGIN.max(MARGIN_SHARE * width.max(height)), |mm| mm * 1e-3);
-        let extent = match options.patch {
-            PatchKind::Sheet => Extent::Prism(half.map(|h| h + margin)),
-            PatchKind::Whole => Extent::Whole,
-        };
-        let method = match options.flattening {
-            FlattenMethod::Bff => Flattening::BoundaryFirst,
-            FlattenMethod::Lscm => Flattening::LeastSquares,
-        };
-        let frame = &canvas.sheet.world_from_sheet;
-        let patch = Patch::cut(&canvas.mesh, frame, extent, options.bridge_mm * 1e-3)?;
-        let up = frame * Vector3::y();
-        let chart = Chart::new(patch, method, &Point2::origin(), half, &up, UPRIGHT_RADIUS)?;
+        let (chart, other_way) = best_chart(canvas, half, margin, options)?;
         let all = Distortion::of(&chart.stretches()).ok_or(FlatError::Collapsed)?;
-        let map = Self { chart, half };
-        let most = map.largest();
+        let map = Self { chart };
+        let most = largest(&map.chart, half);
         if most < 1.0 {
             return Err(FlattenError::TooLarge {
                 width_mm: 1e3 * width,
@@ -171,7 +165,7 @@ impl ConformalMap {
             vertices: patch.vertices.len(),
             triangles: patch.triangles.len(),
             repairs: patch.repairs.clone(),
-            mended: patch.repairs.sentences(),
+            mended: other_way.into_iter().chain(patch.repairs.sentences()).collect(),
             chart: all,
         };
         Ok((map, report))
@@ -181,24 +175,81 @@ impl ConformalMap {
     pub fn chart(&self) -> &Chart {
         &self.chart
     }
+}
 
-    /// The largest share of the drawing's size, at most 1, at which the ellipse in its rectangle lies on the chart.
-    fn largest(&self) -> f64 {
-        let fits = |share: f64| {
-            (0..OUTLINE).all(|i| {
-                let (y, x) = (std::f64::consts::TAU * i as f64 / OUTLINE as f64).sin_cos();
-                self.chart.covers(&Point2::new(share * x * self.half[0], share * y * self.half[1]))
-            })
-        };
-        if fits(1.0) {
-            return 1.0;
+/// The largest share of the drawing's size, at most 1, at which the ellipse in its rectangle lies on the chart.
+fn largest(chart: &Chart, half: [f64; 2]) -> f64 {
+    let fits = |share: f64| {
+        (0..OUTLINE).all(|i| {
+            let (y, x) = (std::f64::consts::TAU * i as f64 / OUTLINE as f64).sin_cos();
+            chart.covers(&Point2::new(share * x * half[0], share * y * half[1]))
+        })
+    };
+    if fits(1.0) {
+        return 1.0;
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        *(if fits(middle) { &mut low } else { &mut high }) = middle;
+    }
+    low
+}
+
+/// A chart of the surface round a drawing of half sides `half` (m), and in words how it was made where not as asked.
+///
+/// Where the surface that the options ask for can't be flattened by their method, or only with the angles of the drawing far off, the
+/// other method is tried, and for a sheet's prism what is near along the surface, by both: the chart of the smallest error stays.
+fn best_chart(
+    canvas: &Canvas,
+    half: [f64; 2],
+    margin: f64,
+    options: &FlattenOptions,
+) -> Result<(Chart, Option<String>), FlattenError> {
+    let method = |m: FlattenMethod| match m {
+        FlattenMethod::Bff => Flattening::BoundaryFirst,
+        FlattenMethod::Lscm => Flattening::LeastSquares,
+    };
+    let frame = &canvas.sheet.world_from_sheet;
+    let up = frame * Vector3::y();
+    let flatten = |extent, by| -> Result<(Chart, f64), FlattenError> {
+        let patch = Patch::cut(&canvas.mesh, frame, extent, options.bridge_mm * 1e-3)?;
+        let chart = Chart::new(patch, method(by), &Point2::origin(), half, &up, UPRIGHT_RADIUS)?;
+        let error = Distortion::of(&chart.stretches_in(&Point2::origin(), half)).map_or(90.0, |d| d.angle_error_mean);
+        Ok((chart, error))
+    };
+    let own = options.flattening;
+    let other = if own == FlattenMethod::Bff { FlattenMethod::Lscm } else { FlattenMethod::Bff };
+    let along = Extent::Along(EDGE_DETOUR * (half[0].hypot(half[1]) + margin));
+    let (asked, ways) = match options.patch {
+        PatchKind::Sheet => {
+            (Extent::Prism(half.map(|h| h + margin)), vec![along, Extent::Prism(half.map(|h| h + margin))])
         }
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..20 {
-            let middle = 0.5 * (low + high);
-            *(if fits(middle) { &mut low } else { &mut high }) = middle;
+        PatchKind::Whole => (Extent::Whole, vec![Extent::Whole]),
+    };
+    let first = flatten(asked, own);
+    if first.as_ref().is_ok_and(|(_, error)| *error <= MOST_ANGLE_ERROR) {
+        return first.map(|(chart, _)| (chart, None));
+    }
+    let tried = ways.iter().flat_map(|extent| [(*extent, own), (*extent, other)]).filter(|way| *way != (asked, own));
+    let best = tried
+        .filter_map(|(extent, by)| flatten(extent, by).ok().map(|(chart, error)| (chart, error, extent, by)))
+        .filter(|(chart, ..)| largest(chart, half) >= 1.0)
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    match (first, best) {
+        (Err(why), None) => Err(why),
+        (Ok((chart, _)), None) => Ok((chart, None)),
+        (Ok((chart, error)), Some(better)) if better.1 > BETTER * error => Ok((chart, None)),
+        (_, Some((chart, _, extent, by))) => {
+            let along = if matches!(extent, Extent::Along(_)) {
+                ", grown along the surface, which overhangs or folds under the sheet"
+            } else {
+                ""
+            };
+            let by =
+                if by == FlattenMethod::Bff { "boundary first flattening" } else { "a least squares conformal map" };
+            Ok((chart, Some(format!("flattened by {by}{along}"))))
         }
-        low
     }
 }
 
@@ -278,6 +329,33 @@ mod tests {
         assert!((380.0..405.0).contains(&most_height_mm), "{most_height_mm}");
         assert!(new([0.95e-3 * most_width_mm, 0.95e-3 * most_height_mm]).is_ok());
         assert!(matches!(new([0.0, 0.1]), Err(FlattenError::BadSize { .. })));
+    }
+
+    /// A plane with a nose of the given height (m) that leans over.
+    fn nose(height: f64, triangle: f64) -> Canvas {
+        let plane = shapes::rectangle(0.4, 0.4, 0.0, triangle).unwrap();
+        let lean = |p: &Point3<f64>| {
+            let z = height * (-p.coords.norm_squared() / (0.03f64 * 0.03)).exp();
+            Point3::new(p.x, p.y - 1.5 * z, z)
+        };
+        let mesh = crate::mesh::TriMesh::new(plane.vertices().iter().map(lean).collect(), plane.triangles().to_vec());
+        let world_from_sheet = Pose::translation(0.0, 0.0, 0.3);
+        Canvas { name: "nose".into(), mesh: mesh.unwrap(), sheet: SheetFrame { world_from_sheet } }
+    }
+
+    #[test]
+    fn a_surface_that_overhangs_is_grown_along_and_a_gentle_one_is_cut_as_ever() {
+        let sheet = [0.1, 0.1];
+        let of = |height| ConformalMap::new(&nose(height, 0.004), sheet, &FlattenOptions::default()).unwrap();
+        let (_, gentle) = of(0.01);
+        assert_eq!(gentle.mended, Vec::<String>::new());
+        let (map, report) = of(0.05);
+        assert!(report.mended[0].contains("grown along the surface") && report.chart.flips == 0, "{:?}", report.mended);
+        let d = StretchField::of(&map, sheet).distortion().unwrap();
+        assert!(d.angle_error_mean < 5.0, "{d:?}");
+        // the tip of the nose and what it hides from the sheet are drawn on
+        assert!(map.to_sheet(&Point3::new(0.0, -0.075, 0.05)).is_some());
+        assert!(map.to_sheet(&Point3::new(0.0, -0.02, 0.0)).is_some());
     }
 
     #[test]
