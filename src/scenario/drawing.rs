@@ -160,7 +160,7 @@ enum Kind {
 fn kind_of(source: &str) -> Option<Kind> {
     let extension = Path::new(source).extension()?.to_str()?.to_ascii_lowercase();
     match extension.as_str() {
-        "svg" | "txt" | "jsonl" => Some(Kind::Vector),
+        "svg" | "svgz" | "txt" | "jsonl" => Some(Kind::Vector),
         "png" | "jpg" | "jpeg" => Some(Kind::Picture),
         _ => None,
     }

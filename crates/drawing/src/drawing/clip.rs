@@ -70,11 +70,21 @@ impl Outline {
         if self.edges.is_empty() {
             return false;
         }
+        self.near_edge(p) || self.winds_round(p)
+    }
+
+    /// Whether the point lies inside, off the outline.
+    fn covers(&self, p: Point) -> bool {
+        !self.edges.is_empty() && !self.near_edge(p) && self.winds_round(p)
+    }
+
+    fn near_edge(&self, p: Point) -> bool {
         let (from, to) = self.rows_between(p.y, p.y);
         let near = |i: &u32| distance_to_segment(p, self.edges[*i as usize]) <= ON_OUTLINE;
-        if self.rows[from..=to].iter().flatten().any(near) {
-            return true;
-        }
+        self.rows[from..=to].iter().flatten().any(near)
+    }
+
+    fn winds_round(&self, p: Point) -> bool {
         let mut winding = 0;
         for i in &self.rows[self.row(p.y)] {
             let [a, b] = self.edges[*i as usize];
@@ -131,6 +141,8 @@ fn distance_to_segment(p: Point, [a, b]: [Point; 2]) -> f64 {
 pub(super) struct Clip {
     pub(super) outlines: Vec<(Outline, Vec<Arc<Clip>>)>,
     pub(super) within: Option<Arc<Clip>>,
+    /// Whether what lies inside is taken away instead of kept; what runs along an outline stays either way.
+    pub(super) hides: bool,
 }
 
 impl Clip {
@@ -138,10 +150,13 @@ impl Clip {
     pub(super) fn centred_rectangle(width: f64, height: f64) -> Self {
         let (x, y) = (0.5 * width, 0.5 * height);
         let corners = vec![Point::new(-x, -y), Point::new(x, -y), Point::new(x, y), Point::new(-x, y)];
-        Clip { outlines: vec![(Outline::new(&[corners], FillRule::NonZero), Vec::new())], within: None }
+        Clip { outlines: vec![(Outline::new(&[corners], FillRule::NonZero), Vec::new())], within: None, hides: false }
     }
 
     fn contains(&self, p: Point) -> bool {
+        if self.hides {
+            return !self.outlines.iter().any(|(o, clips)| o.covers(p) && clips.iter().all(|c| c.contains(p)));
+        }
         self.outlines.iter().any(|(o, clips)| o.contains(p) && clips.iter().all(|c| c.contains(p)))
             && self.within.as_ref().is_none_or(|c| c.contains(p))
     }
@@ -224,7 +239,11 @@ mod tests {
 
     #[test]
     fn a_chord_through_a_disc_is_cut_at_the_disc() {
-        let disc = Clip { outlines: vec![(Outline::new(&[ring(10.0, 400)], FillRule::NonZero), vec![])], within: None };
+        let disc = Clip {
+            outlines: vec![(Outline::new(&[ring(10.0, 400)], FillRule::NonZero), vec![])],
+            within: None,
+            hides: false,
+        };
         let clips = [Arc::new(disc)];
         for k in -9..=9 {
             let y = k as f64 + 0.123;
@@ -240,7 +259,7 @@ mod tests {
         let rings = [ring(10.0, 64), ring(5.0, 64)];
         let line = [Point::new(-20.0, 0.01), Point::new(20.0, 0.01)];
         let cut = |rule| {
-            let clip = Clip { outlines: vec![(Outline::new(&rings, rule), vec![])], within: None };
+            let clip = Clip { outlines: vec![(Outline::new(&rings, rule), vec![])], within: None, hides: false };
             clip_polyline(&line, &[Arc::new(clip)])
         };
         assert_eq!(cut(FillRule::EvenOdd).len(), 2);

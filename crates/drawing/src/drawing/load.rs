@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use super::{DrawingError, Loaded, StylusOptions, SvgOptions, stroke_text, stylus, svg};
 
-/// Reads artwork by its extension: `.svg`, `.jsonl` for a recording of a stylus, or `.txt` for stroke text (with its
+/// Reads artwork by its extension: `.svg` or `.svgz`, `.jsonl` for a recording of a stylus, or `.txt` for stroke text (with its
 /// sibling inks). Stroke text heeds the size alone.
 ///
 /// # Errors
@@ -11,7 +11,7 @@ use super::{DrawingError, Loaded, StylusOptions, SvgOptions, stroke_text, stylus
 pub fn load(file: &Path, options: &SvgOptions, stylus: &StylusOptions) -> Result<Loaded, DrawingError> {
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
-        "svg" => svg::read(file, options),
+        "svg" | "svgz" => svg::read(file, options),
         "jsonl" => stylus::read(file, options.size, stylus),
         "txt" => Ok(Loaded { drawing: stroke_text::read(file, options.size)?, warnings: Vec::new() }),
         _ => Err(DrawingError::UnknownKind { file: file.to_path_buf() }),

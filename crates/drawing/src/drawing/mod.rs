@@ -2,6 +2,7 @@
 
 mod bezier_fit;
 mod clip;
+mod encoding;
 mod error;
 mod hatch;
 mod load;
@@ -15,7 +16,16 @@ pub mod stroke_text;
 pub mod stylus;
 mod stylus_clean;
 pub mod svg;
+mod svg_css;
+mod svg_geometry;
+mod svg_names;
+mod svg_rewrite;
+mod svg_selector;
+mod svg_shape;
 mod svg_survey;
+#[cfg(test)]
+mod svg_tests;
+mod svg_value;
 mod svg_walk;
 pub mod svg_write;
 pub mod tidy;

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point2;
 
+use super::encoding;
 use super::{Drawing, InkLayer, Stroke};
 use super::{DrawingError, Size};
 use crate::files;
@@ -41,7 +42,12 @@ pub fn read(file: &Path, size: Size) -> Result<Drawing, DrawingError> {
     let mut sheet: Option<(f64, f64)> = None;
     let mut layers = Vec::new();
     for (path, (name, color)) in inks_of(file).map_err(unreadable)? {
-        let text = files::read_text(&path).map_err(|source| DrawingError::Unreadable { file: path.clone(), source })?;
+        let bytes = files::read(&path).map_err(|source| DrawingError::Unreadable { file: path.clone(), source })?;
+        let text = encoding::text(&bytes).map_err(|line| DrawingError::Invalid {
+            file: path.clone(),
+            line,
+            message: "isn't text in UTF-8: lines of two numbers".into(),
+        })?;
         let (width, height, strokes) = parse(&text, &path)?;
         let (w, h) = *sheet.get_or_insert((width, height));
         if (width * h - w * height).abs() > 1e-6 * w * height {
@@ -74,6 +80,7 @@ pub fn read(file: &Path, size: Size) -> Result<Drawing, DrawingError> {
 
 /// Name and colour of the ink that a file's suffix stands for.
 fn ink_of(suffix: &str) -> Option<(String, Rgb)> {
+    let suffix = &*suffix.to_ascii_lowercase();
     let process = PROCESS_INKS.iter().find(|(s, ..)| *s == suffix).map(|(_, name, color)| (name.to_string(), *color));
     process.or_else(|| {
         let named = suffix.bytes().all(|b| b.is_ascii_lowercase());
@@ -99,15 +106,19 @@ pub(super) fn inks_of(file: &Path) -> std::io::Result<Vec<(PathBuf, (String, Rgb
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut found = BTreeMap::new();
     for path in files::folder(folder)? {
-        if path.extension().is_none_or(|e| e != "txt") {
+        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("txt")) {
             continue;
         }
         if let Some((s, suffix)) = split_name(&path)
             && s == stem
             && let Some(ink) = ink_of(suffix)
         {
+            let suffix = suffix.to_ascii_lowercase();
             let rank = PROCESS_INKS.iter().position(|(s, ..)| *s == suffix).unwrap_or(PROCESS_INKS.len());
-            found.insert((rank, suffix.to_string()), (path, ink));
+            // Of two files of one ink the one named goes before.
+            if path == file || !found.contains_key(&(rank, suffix.clone())) {
+                found.insert((rank, suffix), (path, ink));
+            }
         }
     }
     if found.is_empty() {
@@ -246,6 +257,17 @@ mod tests {
         std::fs::write(folder.path().join("a_m.txt"), "100 100\n0 0\nEnd\n").unwrap();
         let e = read(&folder.path().join("a_k.txt"), Size::Natural).unwrap_err().to_string();
         assert!(e.contains("a_m.txt:1: the sheet is 100 x 100"), "{e}");
+    }
+
+    #[test]
+    fn inks_are_found_whatever_the_case_of_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a_k.txt", "a_C.txt", "a_m.TXT"] {
+            std::fs::write(folder.path().join(name), "\u{feff}200 100\r\n0 0\r\n1 0\r\nEnd\r\n").unwrap();
+        }
+        let d = read(&folder.path().join("a_k.txt"), Size::Natural).unwrap();
+        let names: Vec<&str> = d.layers.iter().map(|l| l.name.as_str()).collect();
+        assert_eq!(names, ["cyan", "magenta", "black"]);
     }
 
     proptest! {

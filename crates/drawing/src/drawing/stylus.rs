@@ -19,6 +19,7 @@ use nalgebra::Point2;
 use serde_json::Value;
 
 use super::bezier_fit::{FitOptions, fit, flatten};
+use super::encoding;
 use super::stylus_clean::{CleanOptions, Repairs, Sample, clean};
 use super::{Drawing, InkLayer, Stroke};
 use super::{DrawingError, Loaded, Size, Warning};
@@ -221,11 +222,11 @@ impl Recording {
         let invalid = |line: usize, message: String| DrawingError::Invalid { file: file.to_path_buf(), line, message };
         let mut recording = Self::default();
         let (mut down, mut latest, mut begun) = (Vec::new(), f64::NEG_INFINITY, false);
-        for (i, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        let whole = encoding::text(bytes)
+            .map_err(|line| invalid(line, "isn't text in UTF-8: a recording holds a JSON object a line".into()))?;
+        for (i, line) in whole.split('\n').enumerate() {
             let number = i + 1;
-            let text = std::str::from_utf8(line)
-                .map_err(|_| invalid(number, "isn't text in UTF-8: a recording holds a JSON object a line".into()))?
-                .trim();
+            let text = line.trim();
             if text.is_empty() {
                 continue;
             }
@@ -439,6 +440,17 @@ mod tests {
         assert!(error.starts_with("a.jsonl:1: `unit` should be \"px\" or \"mm\""), "{error}");
         let empty = read_text("{\"x\":1,\"y\":1,\"pressure\":0,\"t\":1}").unwrap_err();
         assert!(matches!(empty, DrawingError::Empty { .. }), "{empty}");
+    }
+
+    #[test]
+    fn byte_order_marks_and_windows_line_ends_are_read() {
+        let text: String = (0..50)
+            .map(|x| format!("{{\"x\":{x},\"y\":5,\"pressure\":0.5,\"t\":{}}}\r\n", 0.01 * f64::from(x)))
+            .collect();
+        let marked = format!("\u{feff}{text}");
+        let read =
+            |t: &str| parse(t.as_bytes(), Path::new("a.jsonl"), Size::Width(0.1), &StylusOptions::default()).unwrap();
+        assert_eq!(read(&marked), read(&text));
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! What is drawn: every shape with a stroke, along its centre line; fills as [`Fill`] asks. What is not: text, images,
 //! patterns, masks and filters are named in the warnings; gradients become their mean colour; partial opacity becomes
 //! full ink. Invisible shapes (`display`, `visibility`, zero opacity) are left out as every viewer does, and ink of
-//! the paper's colour with a warning, since it would leave no mark. Fills do not hide what lies under them.
+//! the paper's colour with a warning, since it would leave no mark; filled shapes of that colour hide the lines under them.
 //!
 //! Precision: usvg works in single precision (1e-7 of the largest coordinate) and turns an arc into cubics that stay
 //! within 0.03 % of its radius. Flattening adds at most [`SvgOptions::tolerance`], on the sheet.
@@ -15,6 +15,7 @@ use std::path::Path;
 use kurbo::Affine;
 
 use super::Drawing;
+use super::encoding;
 use super::svg_survey::{self, Survey};
 use super::svg_walk::{MAX_POINTS, Walk};
 use super::{DrawingError, Loaded, Size};
@@ -95,16 +96,16 @@ pub fn parse(bytes: &[u8], file: &Path, options: &SvgOptions) -> Result<Loaded, 
     let invalid =
         |line: usize, message: &str| DrawingError::Invalid { file: file.into(), line, message: message.into() };
     check(options)?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        return Err(invalid(1, "a compressed SVG: unpack it first (gunzip)"));
-    }
+    let unpacked = match bytes.starts_with(&[0x1f, 0x8b]) {
+        true => encoding::unpack(bytes, MAX_BYTES).map_err(|e| invalid(1, &format!("compressed, but broken: {e}")))?,
+        false => Vec::new(),
+    };
+    let bytes = if unpacked.is_empty() { bytes } else { &unpacked };
     if bytes.len() > MAX_BYTES {
         return Err(invalid(1, "larger than 256 MiB: split it"));
     }
-    let text = std::str::from_utf8(bytes).map_err(|e| {
-        let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-        invalid(line, "not UTF-8 text: save the SVG as UTF-8")
-    })?;
+    let text = &*encoding::text(bytes)
+        .map_err(|line| invalid(line, "not text in UTF-8, UTF-16 or Latin-1: save the SVG as UTF-8"))?;
     // A thread of its own gives usvg's recursion the stack it may need, and keeps a panic in it from ours.
     let result = std::thread::scope(|scope| {
         let work = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || convert(text, file, options));
@@ -134,12 +135,12 @@ fn check(options: &SvgOptions) -> Result<(), DrawingError> {
 }
 
 fn convert(text: &str, file: &Path, options: &SvgOptions) -> Result<Loaded, DrawingError> {
-    let Survey { text, labels, warnings } = svg_survey::survey(text, file)?;
+    let Survey { text: rewritten, labels, warnings } = svg_survey::survey(text, file)?;
     let invalid = |line, message| DrawingError::Invalid { file: file.into(), line, message };
     // Images are never drawn, so no file that the document names is opened.
     let image_href_resolver =
         usvg::ImageHrefResolver { resolve_data: Box::new(|_, _, _| None), resolve_string: Box::new(|_, _| None) };
-    let tree = usvg::Tree::from_str(&text, &usvg::Options { image_href_resolver, ..Default::default() }).map_err(
+    let tree = usvg::Tree::from_str(&rewritten, &usvg::Options { image_href_resolver, ..Default::default() }).map_err(
         |e| match e {
             usvg::Error::ParsingFailed(usvg::roxmltree::Error::NodesLimitReached)
             | usvg::Error::ElementsLimitReached => {
@@ -147,7 +148,7 @@ fn convert(text: &str, file: &Path, options: &SvgOptions) -> Result<Loaded, Draw
             }
             usvg::Error::ParsingFailed(e) => invalid(e.pos().row as usize, e.to_string()),
             usvg::Error::InvalidSize => invalid(
-                line_of_root(&text),
+                line_of_root(text),
                 "the page has no size: `width` and `height` must be positive, or a `viewBox` given".to_string(),
             ),
             e => invalid(1, e.to_string()),
@@ -353,7 +354,7 @@ mod tests {
         assert!((apart.layers[0].width_hint.unwrap() - 0.8e-3).abs() < 1e-9);
         let merged = load(&svg, &SvgOptions::default()).drawing;
         let names: Vec<&str> = merged.layers.iter().map(|l| l.name.as_str()).collect();
-        assert_eq!(names, ["#0000ff", "#008000", "#102030"]);
+        assert_eq!(names, ["#0000ff", "earth #008000", "#102030"]);
         assert_eq!(merged.stroke_count(), 5);
     }
 

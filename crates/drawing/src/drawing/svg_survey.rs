@@ -1,10 +1,12 @@
-//! A first look at an SVG's XML: what usvg would drop without a word (layer labels, text, images, broken path data),
-//! and what would make it run away (depth, entity bombs).
-use std::collections::{BTreeMap, BTreeSet};
+//! A first look at an SVG's XML: what would make usvg run away (depth, entity bombs), prefixes that aren't declared,
+//! and the document rewritten so that it drops nothing without a word.
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use usvg::roxmltree::{Document, Node, ParsingOptions};
 
+use super::svg_rewrite::rewrite;
 use super::{DrawingError, Warning};
 
 /// Elements nested deeper than this are refused, so that no recursion over them gets near the end of its stack.
@@ -15,21 +17,27 @@ const MAX_NODES: u32 = 2_000_000;
 const MAX_EXPANSION: usize = 64 << 20;
 /// Elements that markers may multiply into.
 const MAX_MARKED: usize = 5_000_000;
+/// Prefixes without a declaration that one is made up for.
+const MAX_PREFIXES: usize = 16;
 /// How far clip paths, masks, patterns and markers may refer to one another in a row.
 const MAX_CHAIN: usize = 100;
 /// How many such elements one reference may draw in, all in all.
 const MAX_DRAWN_IN: u64 = 1_000_000;
 
-const SVG: &str = "http://www.w3.org/2000/svg";
-const XLINK: &str = "http://www.w3.org/1999/xlink";
-const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
+pub(super) const SVG: &str = "http://www.w3.org/2000/svg";
+pub(super) const XLINK: &str = "http://www.w3.org/1999/xlink";
+pub(super) const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
+
+/// Name of each layer's group by its id, and whether it is a label given to it; nothing where it has neither label nor
+/// id of its own.
+pub(super) type Labels = BTreeMap<String, Option<(String, bool)>>;
 
 /// What the first look finds.
 pub(super) struct Survey {
-    /// The document, with an id given to every top-level group that had none.
+    /// The document as usvg is to read it.
     pub(super) text: String,
-    /// Label of each top-level group by its id; `None` where neither a label nor an id of its own names it.
-    pub(super) labels: BTreeMap<String, Option<String>>,
+    /// Names of the layers.
+    pub(super) labels: Labels,
     /// What will be missing.
     pub(super) warnings: Vec<Warning>,
 }
@@ -53,6 +61,66 @@ fn parse<'a>(text: &'a str, file: &Path) -> Result<Document<'a>, DrawingError> {
     })
 }
 
+/// The text with a declaration for every prefix that has none, and what was made up. A DTD may declare one by an
+/// attribute that it gives to elements, as KanjiVG's does, and drawings are cut out of files that declare theirs above.
+fn declared<'a>(text: &'a str, tally: &mut Tally) -> Cow<'a, str> {
+    let mut text = Cow::Borrowed(text);
+    for _ in 0..MAX_PREFIXES {
+        if expansion(&text) > MAX_EXPANSION {
+            break;
+        }
+        let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..Default::default() };
+        let Err(usvg::roxmltree::Error::UnknownNamespace(prefix, position)) =
+            Document::parse_with_options(&text, options)
+        else {
+            break;
+        };
+        let in_dtd = text.split("<!ATTLIST").skip(1).any(|a| a.contains(&format!("xmlns:{prefix}")));
+        let uri = match prefix.as_str() {
+            "xlink" => XLINK,
+            "inkscape" => INKSCAPE,
+            "svg" => SVG,
+            _ => "urn:undeclared",
+        };
+        // Behind the name of the root element.
+        let Some(at) = root_start(&text) else { break };
+        let end = at + 1 + text[at + 1..].find(|c: char| c.is_whitespace() || c == '>' || c == '/').unwrap_or(0);
+        if end == at + 1 {
+            break;
+        }
+        if !in_dtd {
+            let advice =
+                format!("not declared, taken as an editor's own; write xmlns:{prefix}=\"...\" on the svg element");
+            tally.add(&format!("prefix `{}`", super::svg_css::short(&prefix)), &advice, position.row as usize);
+        }
+        text = Cow::Owned(format!("{} xmlns:{prefix}=\"{uri}\"{}", &text[..end], &text[end..]));
+    }
+    text
+}
+
+/// Where the root element starts, behind declarations and comments.
+fn root_start(text: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        at += text[at..].find('<')?;
+        let rest = &text[at..];
+        let end = if rest.starts_with("<!--") {
+            rest.find("-->")? + 3
+        } else if rest.starts_with("<?") {
+            rest.find("?>")? + 2
+        } else if rest.starts_with("<!") {
+            let subset = rest.find('[').filter(|i| rest.find('>').is_none_or(|j| *i < j));
+            match subset {
+                Some(_) => rest.find("]>").map(|i| i + 2).or_else(|| Some(rest.find(']')? + 1))?,
+                None => rest.find('>')? + 1,
+            }
+        } else {
+            return Some(at);
+        };
+        at += end;
+    }
+}
+
 /// A bound on the bytes that entities expand to: every reference in the text can draw in 255 others.
 fn expansion(text: &str) -> usize {
     if !text.contains("<!ENTITY") {
@@ -64,13 +132,20 @@ fn expansion(text: &str) -> usize {
     references.saturating_mul(255).saturating_mul(longest)
 }
 
-/// Kinds of things that can't be drawn, with where the first one stands.
+/// Kinds of things that aren't drawn as they stand, with where the first one stands.
 #[derive(Default)]
-struct Tally(BTreeMap<(&'static str, &'static str), (usize, usize)>);
+pub(super) struct Tally(BTreeMap<(String, String), (usize, usize)>);
+
+/// Kinds beyond which only their number is told.
+const MAX_KINDS: usize = 200;
 
 impl Tally {
-    fn add(&mut self, what: &'static str, advice: &'static str, line: usize) {
-        let entry = self.0.entry((what, advice)).or_insert((0, line));
+    pub(super) fn add(&mut self, what: &str, advice: &str, line: usize) {
+        let mut key = (what.to_string(), advice.to_string());
+        if self.0.len() >= MAX_KINDS && !self.0.contains_key(&key) {
+            key = ("other thing".into(), "not understood either".into());
+        }
+        let entry = self.0.entry(key).or_insert((0, line));
         entry.0 += 1;
         entry.1 = entry.1.min(line);
     }
@@ -78,6 +153,8 @@ impl Tally {
 
 /// Takes the first look.
 pub(super) fn survey(text: &str, file: &Path) -> Result<Survey, DrawingError> {
+    let mut tally = Tally::default();
+    let text = &*declared(text, &mut tally);
     let doc = parse(text, file)?;
     let invalid = |line, message| DrawingError::Invalid { file: file.to_path_buf(), line, message };
     // Line starts, for a quick line of any byte offset.
@@ -89,24 +166,15 @@ pub(super) fn survey(text: &str, file: &Path) -> Result<Survey, DrawingError> {
         let name = root.tag_name().name();
         return Err(invalid(line_of(&root), format!("the root element is `{name}`: an SVG file starts with `svg`")));
     }
-    let ids: BTreeSet<&str> = root.descendants().filter_map(|n| n.attribute("id")).collect();
-    let uses_definitions = root.descendants().any(|n| is_svg(&n, "use"));
-
-    let mut tally = Tally::default();
     let (mut marked, mut marker_nodes) = (0usize, 0usize);
     let mut references = References::default();
-    let mut open = vec![(root, 0usize, true, None)];
-    while let Some((node, depth, shown, mut container)) = open.pop() {
+    let mut open = vec![(root, 0usize, None)];
+    while let Some((node, depth, mut container)) = open.pop() {
         if depth > MAX_DEPTH {
             let message = format!("elements are nested deeper than {MAX_DEPTH}: ungroup some of them");
             return Err(invalid(line_of(&node), message));
         }
         let name = if matches!(node.tag_name().namespace(), None | Some(SVG)) { node.tag_name().name() } else { "" };
-        let hidden = node.attribute("display") == Some("none")
-            || node.attribute("style").is_some_and(|s| s.replace(' ', "").contains("display:none"))
-            || name == "metadata"
-            || (name == "defs" && !uses_definitions);
-        let shown = shown && !hidden;
         if matches!(name, "clipPath" | "mask" | "pattern" | "marker") {
             container = Some(references.open(&node, line_of(&node)));
         }
@@ -116,18 +184,20 @@ pub(super) fn survey(text: &str, file: &Path) -> Result<Survey, DrawingError> {
         if name == "marker" {
             marker_nodes += node.descendants().count();
         }
-        if shown {
-            marked = marked.saturating_add(inspect(&node, name, &ids, &mut tally, line_of(&node)));
-        }
+        marked = marked.saturating_add(vertices(&node, name));
         for child in node.children().filter(Node::is_element) {
-            open.push((child, depth + 1, shown, container));
+            open.push((child, depth + 1, container));
         }
     }
     if marked.saturating_mul(marker_nodes) > MAX_MARKED {
         return Err(invalid(1, "markers would multiply into millions of elements: remove them".into()));
     }
     references.check().map_err(|(line, message)| invalid(line, message))?;
-    let (labels, text) = name_groups(&root, text);
+    let (text, labels, more) = rewrite(&doc, &breaks);
+    for ((what, advice), (count, line)) in more.0 {
+        let entry = tally.0.entry((what, advice)).or_insert((0, line));
+        entry.0 += count;
+    }
     let warnings = tally.0.into_iter().map(|((what, advice), (count, line))| Warning {
         line: Some(line),
         message: format!("{count} x {what}: {advice}"),
@@ -205,82 +275,18 @@ impl<'a> References<'a> {
     }
 }
 
-fn is_svg(node: &Node, name: &str) -> bool {
+pub(super) fn is_svg(node: &Node, name: &str) -> bool {
     matches!(node.tag_name().namespace(), None | Some(SVG)) && node.tag_name().name() == name
 }
 
-/// Notes what of one element will be missing; returns a bound on its vertices, each of which can carry a marker.
-fn inspect(node: &Node, name: &str, ids: &BTreeSet<&str>, tally: &mut Tally, line: usize) -> usize {
+/// A bound on an element's vertices, each of which can carry a marker.
+fn vertices(node: &Node, name: &str) -> usize {
     match name {
-        "text" => tally.add("text", "not drawn; convert it to paths", line),
-        "image" => tally.add("image", "not drawn; trace it, or draw it as a picture", line),
-        "foreignObject" => tally.add("foreignObject", "not drawn", line),
-        "animate" | "animateTransform" | "animateMotion" | "set" => tally.add("animation", "drawn as it starts", line),
-        "use" => {
-            let href = node.attribute("href").or_else(|| node.attribute((XLINK, "href"))).unwrap_or("");
-            if !href.strip_prefix('#').is_some_and(|id| ids.contains(id)) {
-                tally.add("use", "not drawn; it refers to nothing in this file", line);
-            }
+        "path" => {
+            let segments = svgtypes::PathParser::from(node.attribute("d").unwrap_or(""));
+            segments.take_while(Result::is_ok).count()
         }
-        _ => {}
+        "polyline" | "polygon" => svgtypes::PointsParser::from(node.attribute("points").unwrap_or("")).count(),
+        _ => 0,
     }
-    if node.attribute("transform").is_some_and(|t| t.parse::<svgtypes::Transform>().is_err()) {
-        tally.add("broken transform", "ignored", line);
-    }
-    let mut vertices = 0;
-    if name == "path" {
-        for segment in svgtypes::PathParser::from(node.attribute("d").unwrap_or("")) {
-            if segment.is_err() {
-                tally.add("broken path data", "drawn up to the error", line);
-                break;
-            }
-            vertices += 1;
-        }
-    }
-    if matches!(name, "polyline" | "polygon") {
-        let text = node.attribute("points").unwrap_or("");
-        vertices = svgtypes::PointsParser::from(text).count();
-        let numbers = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()).count();
-        if numbers % 2 == 1 && numbers > 2 * vertices {
-            tally.add("broken list of points", "drawn up to the error", line);
-        }
-    }
-    vertices
-}
-
-/// Labels of the top-level groups by id, and the text with an id for each group that had none.
-fn name_groups(root: &Node, text: &str) -> (BTreeMap<String, Option<String>>, String) {
-    let (mut labels, mut edited, mut copied) = (BTreeMap::new(), String::new(), 0);
-    for (i, group) in root.children().filter(|n| is_svg(n, "g") || is_svg(n, "a")).enumerate() {
-        let label = group.attribute((INKSCAPE, "label")).map(str::trim).filter(|l| !l.is_empty());
-        if let Some(id) = group.attribute("id") {
-            labels.entry(id.to_string()).or_insert_with(|| Some(label.unwrap_or(id).to_string()));
-            continue;
-        }
-        // The id goes right behind the tag's name.
-        let start = group.range().start;
-        let name = text
-            .get(start + 1..)
-            .map_or(0, |t| t.find(|c: char| c.is_whitespace() || c == '>' || c == '/').unwrap_or(0));
-        if start < copied || name == 0 || !text[start..].starts_with('<') {
-            continue;
-        }
-        let id = format!("calamus-unnamed-group-{i}");
-        edited.push_str(&text[copied..start + 1 + name]);
-        edited.push_str(&format!(" id=\"{id}\""));
-        copied = start + 1 + name;
-        labels.insert(id, label.map(str::to_string));
-    }
-    edited.push_str(&text[copied..]);
-    // An edit inside an entity's definition can break the document; then such groups stay without a name.
-    if copied > 0
-        && Document::parse_with_options(
-            &edited,
-            ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..Default::default() },
-        )
-        .is_err()
-    {
-        edited = text.to_string();
-    }
-    (labels, edited)
 }

@@ -1,9 +1,9 @@
 //! usvg's resolved tree, walked in paint order: its paths placed on the sheet, dashed, clipped, flattened, filled as
 //! asked, and gathered into layers.
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::sync::Arc;
 
-use kurbo::{Affine, BezPath, PathEl, Point};
+use kurbo::{Affine, BezPath, PathEl, Point, Rect};
 use nalgebra::Point2;
 use usvg::tiny_skia_path::PathSegment;
 
@@ -11,6 +11,8 @@ use super::Warning;
 use super::clip::{self, Clip, Outline};
 use super::hatch::hatch;
 use super::svg::{Fill, SvgOptions};
+use super::svg_css::short;
+use super::svg_survey::Labels;
 use super::{InkLayer, Stroke};
 use crate::math::Rgb;
 
@@ -20,6 +22,14 @@ const MAX_DASHES: f64 = 2e5;
 const FARTHEST: f64 = 1e7;
 /// Points of a drawing beyond which the tolerance or the artwork is a mistake.
 pub(super) const MAX_POINTS: f64 = 2e7;
+/// Strokes looked at for shapes that hide them, beyond which shapes hide nothing.
+const MAX_LOOKED: u64 = 3_000_000_000;
+/// Segments among which repeated ones are looked for.
+const MAX_COMPARED: usize = 4_000_000;
+/// Length drawn again that is told, mm.
+const TOLD_TWICE: f64 = 1.0;
+/// Width below which a stroke's says nothing about the pen, mm.
+const HAIRLINE: f64 = 1e-3;
 /// Strokes shorter than this are dots, mm.
 const DOT: f64 = 1e-3;
 
@@ -27,11 +37,12 @@ const DOT: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Note {
     Mask,
-    Filter,
     Pattern,
     Gradient,
     Opacity,
     Paper,
+    Cover,
+    Covers,
     Fill,
     Dashes,
     Far,
@@ -43,11 +54,12 @@ impl Note {
     fn message(self, count: usize) -> String {
         let what = match self {
             Note::Mask => "mask: ignored, the shapes under it are drawn whole",
-            Note::Filter => "filter: ignored",
             Note::Pattern => "pattern as paint: not drawn; use a colour",
             Note::Gradient => "gradient as paint: drawn in its mean colour",
             Note::Opacity => "partly transparent shape: drawn in full ink",
             Note::Paper => "shape in the paper's colour: not drawn, it would leave no mark",
+            Note::Cover => "shape in the paper's colour: hides the lines under it",
+            Note::Covers => "shape in the paper's colour: there are too many to hide the lines under all of them",
             Note::Fill => "filled shape without a stroke: not drawn, as asked",
             Note::Dashes => "stroke with too many dashes: drawn solid",
             Note::Far => "shape farther than 10 km from the sheet: not drawn",
@@ -63,6 +75,8 @@ struct Ink {
     group: usize,
     color: Rgb,
     strokes: Vec<Vec<Point>>,
+    /// Box of each.
+    boxes: Vec<Rect>,
     /// Stroke width, mm, and the length drawn with it, mm, per shape.
     widths: Vec<(f64, f64)>,
 }
@@ -73,11 +87,15 @@ pub(super) struct Walk<'a> {
     /// mm
     tolerance: f64,
     crop: Option<Arc<Clip>>,
-    labels: &'a BTreeMap<String, Option<String>>,
+    labels: &'a Labels,
     /// Names of top-level groups, in document order; loose shapes have none.
-    groups: Vec<Option<String>>,
+    groups: Vec<Option<(String, bool)>>,
+    /// Ids of the layers' groups met so far.
+    entered: BTreeSet<String>,
     inks: Vec<Ink>,
     notes: BTreeMap<Note, usize>,
+    /// Strokes looked at for shapes that hide them.
+    looked: u64,
     /// A bound on the points made so far.
     points: f64,
 }
@@ -89,7 +107,7 @@ impl<'a> Walk<'a> {
         options: &'a SvgOptions,
         sheet_from_px: Affine,
         (width, height): (f64, f64),
-        labels: &'a BTreeMap<String, Option<String>>,
+        labels: &'a Labels,
     ) -> Self {
         Walk {
             options,
@@ -98,15 +116,63 @@ impl<'a> Walk<'a> {
             crop: options.crop.then(|| Arc::new(Clip::centred_rectangle(width, height))),
             labels,
             groups: Vec::new(),
+            entered: BTreeSet::new(),
             inks: Vec::new(),
             notes: BTreeMap::new(),
+            looked: 0,
             points: 0.0,
         }
     }
 
     /// What was not drawn as it looks.
     pub(super) fn warnings(&self) -> impl Iterator<Item = Warning> {
-        self.notes.iter().map(|(note, count)| Warning { line: None, message: note.message(*count) })
+        let notes = self.notes.iter().map(|(note, count)| note.message(*count));
+        let rest = self.drawn_twice().into_iter().chain(self.merged());
+        notes.chain(rest).map(|message| Warning { line: None, message })
+    }
+
+    /// How much line lies exactly over line of the same ink.
+    fn drawn_twice(&self) -> Option<String> {
+        let strokes = || self.inks.iter().flat_map(|i| i.strokes.iter().map(move |s| (i.color, s)));
+        if strokes().map(|(_, s)| s.len()).sum::<usize>() > MAX_COMPARED {
+            return None;
+        }
+        let micrometres = |p: Point| ((1e3 * p.x).round() as i64, (1e3 * p.y).round() as i64);
+        let (mut seen, mut again) = (HashSet::new(), 0.0);
+        for (color, stroke) in strokes() {
+            for w in stroke.windows(2) {
+                let (a, b) = (micrometres(w[0]), micrometres(w[1]));
+                if a != b && !seen.insert((color.0, a.min(b), a.max(b))) {
+                    again += (w[1] - w[0]).hypot();
+                }
+            }
+        }
+        (again > TOLD_TWICE)
+            .then(|| format!("{again:.0} mm of line are drawn again over the same line: remove what is there twice"))
+    }
+
+    /// Which labelled layers become one ink.
+    fn merged(&self) -> Vec<String> {
+        let mut labels: BTreeMap<[u8; 3], Vec<&str>> = BTreeMap::new();
+        for ink in self.inks.iter().filter(|_| self.options.by_ink) {
+            let of_color = labels.entry(ink.color.0).or_default();
+            if let Some((label, true)) = &self.groups[ink.group]
+                && !of_color.contains(&label.as_str())
+            {
+                of_color.push(label);
+            }
+        }
+        let several = labels.into_iter().filter(|(_, l)| l.len() > 1);
+        several
+            .map(|([r, g, b], l)| {
+                let named: Vec<String> = l.iter().take(6).map(|l| format!("`{}`", short(l))).collect();
+                let more = if l.len() > 6 { ", ..." } else { "" };
+                format!(
+                    "layers {}{more} are of one colour, #{r:02x}{g:02x}{b:02x}, and become one ink",
+                    named.join(", ")
+                )
+            })
+            .collect()
     }
 
     /// Whether the walk stopped because the drawing grew too large.
@@ -135,6 +201,7 @@ impl<'a> Walk<'a> {
             };
             let group = match named {
                 Some(name) => {
+                    self.entered.insert(child.id().to_string());
                     loose = None;
                     self.groups.push(name.clone());
                     self.groups.len() - 1
@@ -150,7 +217,17 @@ impl<'a> Walk<'a> {
 
     fn node(&mut self, node: &usvg::Node, group: usize, clips: &[Arc<Clip>], faint: bool) {
         match node {
-            usvg::Node::Group(g) => self.group(g, group, clips, faint),
+            usvg::Node::Group(g) => {
+                // Layers may stand within an outer group.
+                let group = match self.labels.get(g.id()).cloned() {
+                    Some(name) if self.entered.insert(g.id().to_string()) => {
+                        self.groups.push(name);
+                        self.groups.len() - 1
+                    }
+                    _ => group,
+                };
+                self.group(g, group, clips, faint);
+            }
             usvg::Node::Path(p) => self.path(p, group, clips, faint),
             // The survey has told about both.
             usvg::Node::Image(_) | usvg::Node::Text(_) => {}
@@ -163,9 +240,6 @@ impl<'a> Walk<'a> {
         }
         if g.mask().is_some() {
             self.note(Note::Mask);
-        }
-        if !g.filters().is_empty() {
-            self.note(Note::Filter);
         }
         let faint = faint || g.opacity().get() < 1.0;
         match g.clip_path() {
@@ -254,6 +328,9 @@ impl<'a> Walk<'a> {
     fn fill(&mut self, p: &usvg::Path, path: &BezPath, place: Affine, group: usize, clips: &[Arc<Clip>], faint: bool) {
         let Some(fill) = p.fill() else { return };
         let stroked = p.stroke().is_some_and(|s| s.opacity().get() > 0.0);
+        if self.options.fill != Fill::Ignore && self.hides(fill, faint) && self.cover(&(place * path), fill, clips) {
+            return;
+        }
         match self.options.fill {
             Fill::Outline if stroked => return,
             Fill::Ignore => {
@@ -289,6 +366,51 @@ impl<'a> Walk<'a> {
             c
         });
         self.draw(closed, color, None, group, clips);
+    }
+
+    /// Whether a fill is opaque and of the paper's colour, as shapes are that hide lines.
+    fn hides(&self, fill: &usvg::Fill, faint: bool) -> bool {
+        let usvg::Paint::Color(c) = fill.paint() else { return false };
+        !faint && fill.opacity().get() == 1.0 && Some(Rgb([c.red, c.green, c.blue])) == self.options.paper
+    }
+
+    /// Takes away what a shape hides of the lines drawn before it; whether that was anything.
+    fn cover(&mut self, path: &BezPath, fill: &usvg::Fill, clips: &[Arc<Clip>]) -> bool {
+        self.looked += self.inks.iter().map(|i| i.strokes.len() as u64).sum::<u64>();
+        if self.looked > MAX_LOOKED {
+            self.note(Note::Covers);
+            return false;
+        }
+        if self.inks.is_empty() {
+            return false;
+        }
+        let Some(contours) = self.flatten(path) else { return false };
+        let area = contours.iter().map(|c| bounds(c)).reduce(|a, b| a.union(b)).unwrap_or(Rect::ZERO);
+        let outline = Outline::new(&contours, fill_rule(fill.rule()));
+        let clip = [Arc::new(Clip { outlines: vec![(outline, clips.to_vec())], hides: true, ..Default::default() })];
+        let mut hid = false;
+        for ink in &mut self.inks {
+            let touched: Vec<usize> = (0..ink.boxes.len()).filter(|i| ink.boxes[*i].overlaps(area)).collect();
+            let mut cut: BTreeMap<usize, Vec<Vec<Point>>> = BTreeMap::new();
+            for i in touched {
+                let parts = clip::clip_polyline(&ink.strokes[i], &clip);
+                if parts.len() != 1 || (length(&parts[0]) - length(&ink.strokes[i])).abs() > 1e-6 {
+                    cut.insert(i, parts);
+                }
+            }
+            if cut.is_empty() {
+                continue;
+            }
+            hid = true;
+            let old = std::mem::take(&mut ink.strokes).into_iter().enumerate();
+            ink.strokes = old.flat_map(|(i, s)| cut.remove(&i).unwrap_or_else(|| vec![s])).collect();
+            ink.boxes = ink.strokes.iter().map(|s| bounds(s)).collect();
+        }
+        self.inks.retain(|i| !i.strokes.is_empty());
+        if hid {
+            self.note(Note::Cover);
+        }
+        hid
     }
 
     /// The ink for a paint; `None` where it leaves no mark.
@@ -407,22 +529,24 @@ impl<'a> Walk<'a> {
             return;
         }
         let at = self.inks.iter().position(|i| i.group == group && i.color == color).unwrap_or_else(|| {
-            self.inks.push(Ink { group, color, strokes: Vec::new(), widths: Vec::new() });
+            self.inks.push(Ink { group, color, strokes: Vec::new(), boxes: Vec::new(), widths: Vec::new() });
             self.inks.len() - 1
         });
-        if let Some(w) = width {
+        if let Some(w) = width.filter(|w| *w >= HAIRLINE) {
             self.inks[at].widths.push((w, kept.iter().map(|s| length(s)).sum()));
         }
+        self.inks[at].boxes.extend(kept.iter().map(|s| bounds(s)));
         self.inks[at].strokes.append(&mut kept);
     }
 
     pub(super) fn layers(self) -> Vec<InkLayer> {
-        let mut layers: Vec<(InkLayer, Vec<(f64, f64)>)> = Vec::new();
+        let mut layers: Vec<(InkLayer, Vec<(f64, f64)>, bool)> = Vec::new();
         for ink in &self.inks {
             let Rgb([r, g, b]) = ink.color;
             let hex = format!("#{r:02x}{g:02x}{b:02x}");
             let shared = self.inks.iter().filter(|i| i.group == ink.group).count() > 1;
-            let name = match &self.groups[ink.group] {
+            let label = self.groups[ink.group].as_ref().map(|(label, _)| label);
+            let name = match label {
                 Some(group) if shared => format!("{group} {hex}"),
                 Some(group) => group.clone(),
                 None => hex.clone(),
@@ -431,27 +555,56 @@ impl<'a> Walk<'a> {
                 .strokes
                 .iter()
                 .map(|s| Stroke::new(s.iter().map(|p| Point2::new(1e-3 * p.x, 1e-3 * p.y)).collect()));
-            match layers.iter_mut().find(|(l, _)| self.options.by_ink && l.color == ink.color) {
-                Some((layer, widths)) => {
+            match layers.iter_mut().find(|(l, ..)| self.options.by_ink && l.color == ink.color) {
+                Some((layer, widths, unnamed)) => {
                     // Strokes of several groups with names of their own have the colour alone in common.
-                    if layer.name != name {
-                        layer.name = hex;
+                    match label {
+                        Some(_) if *unnamed => layer.name = name,
+                        Some(_) if layer.name != name => layer.name = hex,
+                        _ => {}
                     }
+                    *unnamed &= label.is_none();
                     layer.strokes.extend(strokes);
                     widths.extend(&ink.widths);
                 }
                 None => layers.push((
                     InkLayer { name, color: ink.color, width_hint: None, strokes: strokes.collect() },
                     ink.widths.clone(),
+                    label.is_none(),
                 )),
             }
         }
-        let hinted = |(mut layer, widths): (InkLayer, Vec<(f64, f64)>)| {
+        let hinted = |(mut layer, widths, _): (InkLayer, Vec<(f64, f64)>, bool)| {
             layer.width_hint = median_by_length(widths).map(|w| 1e-3 * w);
             layer
         };
-        layers.into_iter().map(hinted).collect()
+        let mut layers: Vec<InkLayer> = layers.into_iter().map(hinted).collect();
+        tell_apart(&mut layers);
+        layers
     }
+}
+
+/// Gives layers of one name different ones: by their colours, then by number.
+fn tell_apart(layers: &mut [InkLayer]) {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    layers.iter().for_each(|l| *counts.entry(l.name.clone()).or_default() += 1);
+    for layer in layers.iter_mut().filter(|l| counts[&l.name] > 1) {
+        let Rgb([r, g, b]) = layer.color;
+        layer.name = format!("{} #{r:02x}{g:02x}{b:02x}", layer.name);
+    }
+    let mut taken = BTreeSet::new();
+    for layer in layers {
+        let (plain, mut n) = (layer.name.clone(), 1);
+        while !taken.insert(layer.name.clone()) {
+            n += 1;
+            layer.name = format!("{plain} ({n})");
+        }
+    }
+}
+
+fn bounds(points: &[Point]) -> Rect {
+    let first = points.first().copied().unwrap_or_default();
+    points.iter().fold(Rect::from_points(first, first), |r, p| r.union_pt(*p))
 }
 
 /// The width below and above which half of the length was drawn.
