@@ -73,7 +73,7 @@ pub struct CoverageSettings {
     /// absent. Heights are tried in steps of `map_spacing_mm`; of those with as few places the one that cuts fewest strokes,
     /// then the one with the fewest passes, then the nearest to where the drawing lies. For `"map"` alone.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(inner(inner(range(min = -5000, max = 5000))))]
+    #[schemars(inner(range(min = -5000, max = 5000)))]
     pub raise_mm: Option<[f64; 2]>,
     /// Length and width of the base; a Ridgeback's by default.
     #[schemars(inner(range(min = 50, max = 5000)))]

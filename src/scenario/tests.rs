@@ -154,7 +154,7 @@ fn the_schema_knows_every_section() {
 #[test]
 fn defaults_are_in_their_ranges_and_every_number_is_bounded() {
     let schema = ScenarioFile::schema();
-    let sections = "[truth]\n[scan.pose]\n[touch]\n[tools]\n[coverage]\n[drive]\n[localisation]\n[drawing.pattern]\nkind = 'grid'\n\
+    let sections = "[truth]\n[scan.pose]\n[touch]\n[tools]\n[coverage]\n[drive]\n[localisation]\n[looking]\n[drawing.pattern]\nkind = 'grid'\n\
                     [drawing.color]\n[drawing.tsp]\n[drawing.stipple]\n[drawing.painterly]\n[drawing.layered_depth]\n\
                     [drawing.hatching]\n[drawing.edges]\n[canvas.overlay]\nmapping = 'conformal'\n";
     let all: ScenarioFile = toml::from_str(sections).unwrap();

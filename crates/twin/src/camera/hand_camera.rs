@@ -319,7 +319,7 @@ mod tests {
     fn a_known_line_is_where_the_pinhole_puts_it_to_a_fiftieth_of_a_pixel() {
         for x in [0.0, 0.0031, -0.0523, 0.0777] {
             let mut camera = camera([0.0; 2], 0.0);
-            let pixels = take(&mut camera, &[line(&[[x, -0.1], [x, 0.1]])]);
+            let pixels = take(&mut camera, &[line(&[[x, -0.08], [x, 0.08]])]);
             // the camera's x is the world's
             let desired = 320.0 + camera.options.model.focal_px * (x - 0.01) / 0.3;
             let row = &pixels[3 * 640 * 240..3 * 640 * 241];
@@ -357,7 +357,7 @@ mod tests {
 
     #[test]
     fn what_is_hidden_is_not_seen_and_a_seed_takes_the_same_picture() {
-        let ink = [line(&[[0.0, -0.1], [0.0, 0.1]])];
+        let ink = [line(&[[0.0, -0.08], [0.0, 0.08]])];
         let bare = take(&mut camera([0.0; 2], 0.0), &[]);
         let lid = shapes::cuboid(&Vector3::new(0.05, 0.3, 0.01), 0.05).expect("a mesh");
         let lid = lid.transformed(&Pose::translation(0.0, 0.0, 0.1));
