@@ -223,10 +223,11 @@ impl<'d> Rewriter<'d> {
     /// Attributes and styles of one element, resolved; `context` takes over what it hands on.
     fn attributes(&mut self, node: Node<'d, 'd>, context: &mut Context) -> Attributes {
         let mut all = Attributes::new();
+        let plain_link = node.attributes().any(|a| a.namespace().is_none() && a.name() == "href");
         for a in node.attributes() {
             match a.namespace() {
                 None | Some(SVG) => {}
-                Some(XLINK) if a.name() == "href" && node.attribute("href").is_none() => {}
+                Some(XLINK) if a.name() == "href" && !plain_link => {}
                 _ => continue,
             }
             if !matches!(a.name(), "style" | "class" | "id") {
