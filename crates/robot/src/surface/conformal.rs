@@ -177,6 +177,15 @@ impl ConformalMap {
     }
 }
 
+/// Whether all of the drawing's outline lies on the chart, its corners too.
+fn holds(chart: &Chart, half: [f64; 2]) -> bool {
+    let side = OUTLINE / 4;
+    (0..=side).map(|i| 2.0 * i as f64 / side as f64 - 1.0).all(|u| {
+        let places = [(u, -1.0), (u, 1.0), (-1.0, u), (1.0, u)];
+        places.iter().all(|(x, y)| chart.covers(&Point2::new(x * half[0], y * half[1])))
+    })
+}
+
 /// The largest share of the drawing's size, at most 1, at which the ellipse in its rectangle lies on the chart.
 fn largest(chart: &Chart, half: [f64; 2]) -> f64 {
     let fits = |share: f64| {
@@ -220,10 +229,13 @@ fn best_chart(
     };
     let own = options.flattening;
     let other = if own == FlattenMethod::Bff { FlattenMethod::Lscm } else { FlattenMethod::Bff };
-    let along = Extent::Along(EDGE_DETOUR * (half[0].hypot(half[1]) + margin));
+    let radius = EDGE_DETOUR * (half[0].hypot(half[1]) + margin);
+    let prism = Extent::Prism(half.map(|h| h + margin));
     let (asked, ways) = match options.patch {
         PatchKind::Sheet => {
-            (Extent::Prism(half.map(|h| h + margin)), vec![along, Extent::Prism(half.map(|h| h + margin))])
+            // a chart that shrinks towards its middle needs more surface round it
+            let along = [1.0, 1.5, 2.25].map(|more| Extent::Along(more * radius));
+            (prism, [&along[..], &[prism]].concat())
         }
         PatchKind::Whole => (Extent::Whole, vec![Extent::Whole]),
     };
@@ -235,7 +247,9 @@ fn best_chart(
     let best = tried
         .filter_map(|(extent, by)| flatten(extent, by).ok().map(|(chart, error)| (chart, error, extent, by)))
         .filter(|(chart, ..)| largest(chart, half) >= 1.0)
-        .min_by(|a, b| a.1.total_cmp(&b.1));
+        .map(|(chart, error, extent, by)| (!holds(&chart, half), chart, error, extent, by))
+        .min_by(|a, b| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2)))
+        .map(|(_, chart, error, extent, by)| (chart, error, extent, by));
     match (first, best) {
         (Err(why), None) => Err(why),
         (Ok((chart, _)), None) => Ok((chart, None)),
@@ -355,7 +369,10 @@ mod tests {
         assert!(d.angle_error_mean < 5.0, "{d:?}");
         // the tip of the nose and what it hides from the sheet are drawn on
         assert!(map.to_sheet(&Point3::new(0.0, -0.075, 0.05)).is_some());
-        assert!(map.to_sheet(&Point3::new(0.0, -0.02, 0.0)).is_some());
+        let hidden = Point3::new(0.0, -0.0529, 0.0053);
+        let back = map.to_surface(&map.to_sheet(&hidden).unwrap()).unwrap();
+        assert!((back.position - hidden).norm() < 2e-3, "{}", back.position);
+        assert!(map.to_surface(&Point2::new(0.05, -0.05)).is_some());
     }
 
     #[test]

@@ -252,7 +252,10 @@ mod tests {
         assert!(mistake("up = [1, 0, 0]", "up = [0, 0, 2]").starts_with("s.toml:10: up is parallel"));
         assert!(mistake("normal = [0, 0, 1]", "normal = [0, 1, 0]").contains("no canvas behind"));
         let aside = mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [0, 0, 500]");
-        assert!(aside.starts_with("s.toml:8:") && aside.contains("370.0 to 670.0 mm upwards"), "{aside}");
+        assert!(
+            aside.starts_with("s.toml:8:") && aside.contains("mm upwards and -200.0 to -50.0 mm along the normal"),
+            "{aside}"
+        );
         let before = mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [520, 0, 100]");
         assert!(before.starts_with("s.toml:8: the canvas is 350.0 mm before the sheet"), "{before}");
         let behind = mistake("xyz_mm = [520, 0, 500]", "xyz_mm = [520, 0, 3000]");
