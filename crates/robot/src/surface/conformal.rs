@@ -358,15 +358,14 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_that_overhangs_is_grown_along_and_a_gentle_one_is_cut_as_ever() {
+    fn a_surface_that_overhangs_is_laid_flat_without_folds_and_a_gentle_one_is_cut_as_ever() {
         let sheet = [0.1, 0.1];
         let of = |height| ConformalMap::new(&nose(height, 0.004), sheet, &FlattenOptions::default()).unwrap();
         let (_, gentle) = of(0.01);
         assert_eq!(gentle.mended, Vec::<String>::new());
         let (map, report) = of(0.05);
-        assert!(report.mended[0].contains("grown along the surface") && report.chart.flips == 0, "{:?}", report.mended);
         let d = StretchField::of(&map, sheet).distortion().unwrap();
-        assert!(d.angle_error_mean < 5.0, "{d:?}");
+        assert!(report.chart.flips == 0 && d.angle_error_mean < 5.0, "{d:?} {:?}", report.mended);
         // the tip of the nose and what it hides from the sheet are drawn on
         assert!(map.to_sheet(&Point3::new(0.0, -0.075, 0.05)).is_some());
         let hidden = Point3::new(0.0, -0.0529, 0.0053);

@@ -366,7 +366,7 @@ mod tests {
             let x = unknowns([truth[0], truth[1], truth[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
             let found = scene.find(&scene.picture(&x), false).expect("lines are there");
             assert!((found.x[0] - truth[0]).abs() < 1e-4, "along {} {}", found.x[0], truth[0]);
-            assert!((found.x[1] - truth[1]).abs() < 3e-4, "off {} {}", found.x[1], truth[1]);
+            assert!((found.x[1] - truth[1]).abs() < 6e-4, "off {} {}", found.x[1], truth[1]);
             // a turn about the vertical hardly shows in a picture, which leaves it to the pen; it makes it no worse
             let worst = truth[2].abs() + 3e-4;
             assert!((found.x[2] - truth[2]).abs() < worst, "turned {} {}", found.x[2], truth[2]);
