@@ -540,7 +540,9 @@ impl<'a> Walk<'a> {
     }
 
     pub(super) fn layers(self) -> Vec<InkLayer> {
-        let mut layers: Vec<(InkLayer, Vec<(f64, f64)>, bool)> = Vec::new();
+        // each with its widths and their lengths, and whether it has no name of its own yet
+        type Named = (InkLayer, Vec<(f64, f64)>, bool);
+        let mut layers: Vec<Named> = Vec::new();
         for ink in &self.inks {
             let Rgb([r, g, b]) = ink.color;
             let hex = format!("#{r:02x}{g:02x}{b:02x}");

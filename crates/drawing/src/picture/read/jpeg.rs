@@ -68,7 +68,7 @@ fn outline(bytes: &[u8]) -> Option<Outline> {
 /// The kind of a JPEG that the decoder doesn't know, by a frame's marker (ITU-T T.81, table B.1) and body.
 fn foreign(marker: u8, body: &[u8]) -> Option<&'static str> {
     match marker {
-        0xc9..=0xcb | 0xcc..=0xcf => Some("arithmetic coding"),
+        0xc9..=0xcf => Some("arithmetic coding"),
         0xc3 => Some("lossless coding"),
         0xc5..=0xc7 => Some("hierarchical coding"),
         0xc0..=0xc2 if body.first().is_some_and(|bits| *bits != 8) => Some("more than 8 bits a colour"),

@@ -81,7 +81,7 @@ pub(super) fn of_shapes(capsules: &[Capsule]) -> Option<Doubt> {
 }
 
 fn too_far(away: f64, says: String) -> Option<Doubt> {
-    (away > FAR).then(|| if away > ABSURD { Doubt::Absurd(says) } else { Doubt::Odd(says) })
+    (away > FAR).then_some(if away > ABSURD { Doubt::Absurd(says) } else { Doubt::Odd(says) })
 }
 
 /// What is odd about a joint's limits and its origin.
