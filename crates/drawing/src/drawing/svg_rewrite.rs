@@ -384,18 +384,7 @@ fn substitute(text: &str, variables: &BTreeMap<String, String>, depth: usize) ->
         return None;
     }
     let body = &text[at + 4..];
-    let mut open = 1usize;
-    let end = body
-        .char_indices()
-        .find(|(_, c)| {
-            open = match c {
-                '(' => open + 1,
-                ')' => open - 1,
-                _ => open,
-            };
-            open == 0
-        })?
-        .0;
+    let end = value::closing(body)?;
     let (name, fallback) = body[..end].split_once(',').map_or((&body[..end], None), |(n, f)| (n, Some(f.trim())));
     let value = match variables.get(name.trim()) {
         Some(v) => substitute(v, variables, depth + 1).or_else(|| substitute(fallback?, variables, depth + 1)),

@@ -198,20 +198,7 @@ pub(super) fn transform(text: &str, scale: &Scale, box_size: (f64, f64)) -> Opti
     let of_box = Scale { viewport: box_size, ..*scale };
     while !rest.is_empty() {
         let (name, after) = rest.split_once('(')?;
-        let close = {
-            let mut open = 1usize;
-            after
-                .char_indices()
-                .find(|(_, c)| {
-                    open = match c {
-                        '(' => open + 1,
-                        ')' => open - 1,
-                        _ => open,
-                    };
-                    open == 0
-                })?
-                .0
-        };
+        let close = closing(after)?;
         let body = &after[..close];
         rest = after[close + 1..].trim_start_matches(|c: char| c.is_whitespace() || c == ',');
         let mut arguments: Vec<&str> = split_outside(body, ',').into_iter().map(str::trim).collect();
@@ -221,6 +208,20 @@ pub(super) fn transform(text: &str, scale: &Scale, box_size: (f64, f64)) -> Opti
         all *= function(name.trim(), &arguments, &of_box)?;
     }
     Some(all)
+}
+
+/// Where the bracket closes that was open before `text`.
+pub(super) fn closing(text: &str) -> Option<usize> {
+    let mut open = 1usize;
+    let at = text.char_indices().find(|(_, c)| {
+        open = match c {
+            '(' => open + 1,
+            ')' => open - 1,
+            _ => open,
+        };
+        open == 0
+    });
+    at.map(|(at, _)| at)
 }
 
 fn function(name: &str, arguments: &[&str], scale: &Scale) -> Option<Affine> {
