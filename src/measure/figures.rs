@@ -193,6 +193,11 @@ impl ContactMetrics {
 }
 
 impl LineMetrics {
+    /// Of a line of which nothing was drawn.
+    pub fn nothing_drawn() -> Self {
+        Self { coverage: Some(0.0), inked_length_m: Some(0.0), ..Self::default() }
+    }
+
     /// Figures of the drawn line, in the units of metrics.json.
     pub fn of(fit: &LineFit, trace: &InkTrace) -> Self {
         let (mut length, mut area) = (0.0, 0.0);

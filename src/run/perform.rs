@@ -25,6 +25,9 @@ use crate::twin::{ArmStory, Record};
 /// Spacing at which the desired line is known when the drawn one is measured, m.
 const MEASURE_STEP: f64 = 2.5e-4;
 
+/// Why a run without any ink has failed.
+const NO_INK: &str = "no ink came onto the canvas: it may lie elsewhere than the robot believes";
+
 /// What was done, and its figures.
 pub(super) struct Performance {
     pub metrics: Metrics,
@@ -138,6 +141,8 @@ fn conclude(
     if let Some(driving) = &believed.prepared.driving {
         driving.measure(setup, &record, &mut metrics);
     }
+    let nothing = !interrupted && metrics.line.as_ref().is_some_and(|l| l.inked_length_m == Some(0.0));
+    let stopped = stopped.or_else(|| nothing.then(|| NO_INK.to_string()));
     let places = Vec::new();
     Ok(Performance { metrics, plan, record, changes, lost, places, stops, touched, aligned, stopped, interrupted })
 }
@@ -183,10 +188,13 @@ fn measure(scenario: &Scenario, setup: &Setup, record: &Record, metrics: &mut Me
     let truth = setup.truth.canvas().reveal();
     let desired = mapped(scenario, &setup.drawing, truth, mapping.as_ref(), MEASURE_STEP, map_what_fits)?;
     let widths: Vec<f64> = setup.pens.iter().map(|p| p.pen.width_nominal).collect();
-    metrics.line = line_fit(&desired, &record.ink, &widths).map(|fit| LineMetrics {
+    let fit = line_fit(&desired, &record.ink, &widths).map(|fit| LineMetrics {
         width_error_p90: width_error(&desired, &record.ink, 0.9),
         ..LineMetrics::of(&fit, &record.ink)
     });
+    // ink that was asked for and isn't there is none of the line, not a line that wasn't looked at
+    let asked = desired.layers.iter().any(|l| !l.strokes.is_empty());
+    metrics.line = fit.or_else(|| asked.then(LineMetrics::nothing_drawn));
     metrics.shape = shape(scenario, setup, &record.ink)?;
     Ok(())
 }

@@ -120,6 +120,23 @@ fn a_part_is_drawn_alone_and_says_so() {
 }
 
 #[test]
+fn no_ink_where_ink_was_asked_is_a_failure_and_none_of_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    // the table stands lower than anyone thinks
+    let text = "[drawing]\nwidth_mm = 10\n[drawing.pattern]\nkind = 'grid'\nn = 1\n[canvas]\nscene = 'plane_table'\n\
+        [truth]\noffset_mm = [0, 0, -40]\n[render]\ndrawing_px = 200\nviews = []\n";
+    std::fs::write(folder.path().join("s.toml"), text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_calamus"));
+    let out = command.args(["run", "s.toml", "-q", "--out", "o"]).current_dir(folder.path()).output().unwrap();
+    let told = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{told}");
+    assert!(told.contains("no ink came onto the canvas"), "{told}");
+    let metrics: Metrics =
+        serde_json::from_slice(&std::fs::read(folder.path().join("o/metrics.json")).unwrap()).unwrap();
+    assert_eq!(metrics.line.unwrap().coverage, Some(0.0));
+}
+
+#[test]
 fn an_experiments_figures_are_a_runs() {
     for name in ["grid_plane", "scanned_column", "touched_cone", "tool_change"] {
         let whole = drawn(name);
