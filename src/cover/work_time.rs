@@ -1,7 +1,7 @@
 //! How long a robot that drives takes for a drawing.
 use crate::artwork::{estimated_time, pen_change_time};
 use crate::drawing::Drawing;
-use crate::plan::cover::{BasePose as Stand, Coverage};
+use crate::plan::cover::{BasePose as Stand, Coverage, turned_round};
 use crate::robot::{Arm, BasePose};
 use crate::scenario::{Scenario, Sketch};
 
@@ -28,9 +28,7 @@ impl WorkTime {
             let part = coverage.part(drawing, k);
             let used: Vec<usize> = (0..part.layers.len()).filter(|l| !part.layers[*l].strokes.is_empty()).collect();
             let (Some(first), Some(last)) = (used.first(), used.last()) else { continue };
-            // a pen that is the last of them draws first
-            let turned = used.len() > 1 && pen == Some(*last);
-            let (begins, ends) = if turned { (*last, *first) } else { (*first, *last) };
+            let (begins, ends) = if turned_round(&used, pen) { (*last, *first) } else { (*first, *last) };
             changes += used.len() - 1 + usize::from(pen.is_some_and(|p| p != begins));
             pen = Some(ends);
             time.drawing += estimated_time(&part, &sketch) - (used.len() - 1) as f64 * pen_change_time(&sketch);

@@ -239,7 +239,7 @@ impl DrivenStrokes {
 /// Draws with the pen in the holder first, if it is one of those needed: the inks in their order, or the other way round.
 fn order(drawing: &mut SurfaceDrawing, pen: Option<usize>) {
     let used: Vec<usize> = (0..drawing.layers.len()).filter(|l| !drawing.layers[*l].strokes.is_empty()).collect();
-    if used.len() < 2 || pen.is_none() || pen != used.last().copied() {
+    if !plan::cover::turned_round(&used, pen) {
         return;
     }
     let strokes = |l: usize| {

@@ -23,5 +23,5 @@ pub use error::CoverError;
 pub use floor::outlines;
 pub use options::{BasePose, CoverMethod, CoverOptions};
 pub use pen_reach::PenReach;
-pub use place::{Coverage, Cut, CutKind, Piece, Place};
+pub use place::{Coverage, Cut, CutKind, Piece, Place, turned_round};
 pub use solve::{CoverJob, MapMaker, cover};

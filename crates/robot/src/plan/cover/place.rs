@@ -192,3 +192,8 @@ fn drawn<'a>(drawing: &Drawing, pieces: impl IntoIterator<Item = &'a Piece>) -> 
     }
     Drawing { layers, order: Vec::new(), ..*drawing }
 }
+
+/// Whether the inks `used` at a place are drawn the other way round, as the last of them is in the holder already.
+pub fn turned_round(used: &[usize], pen: Option<usize>) -> bool {
+    used.len() > 1 && pen == used.last().copied()
+}
