@@ -24,6 +24,11 @@ impl Distances {
             done.iter().map(|d| d.log.samples.iter().map(|s| (s.time, joints(&s.q))).collect()).collect();
         Self { planned: least(models, &planned), simulated: least(models, &simulated) }
     }
+
+    /// Where the plan brings two arms nearer than `margin` (m).
+    pub fn planned_within(&self, margin: f64) -> Option<Nearest> {
+        self.planned.filter(|n| n.distance < margin)
+    }
 }
 
 type Way = Vec<(f64, JointVector)>;
@@ -56,4 +61,16 @@ fn desired_way<P>(arm: &ArmPlan, done: &Done<P>) -> Way {
         }
     }
     way
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plan_is_too_near_below_the_margin_alone() {
+        let planned = |distance| Distances { planned: Some(Nearest { distance, time: 12.5 }), simulated: None };
+        assert_eq!(planned(0.0299).planned_within(0.03).map(|n| n.time), Some(12.5));
+        assert!(planned(0.03).planned_within(0.03).is_none() && Distances::default().planned_within(0.03).is_none());
+    }
 }

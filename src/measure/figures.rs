@@ -211,6 +211,7 @@ impl LineMetrics {
             error_p95_mm: Some(fit.error_p95 * 1e3),
             error_max_mm: Some(fit.error_max * 1e3),
             coverage: Some(fit.coverage),
+            touchable: None,
             excess: Some(fit.excess),
             width_mean_mm: (length > 0.0).then(|| area / length * 1e3),
             inked_length_m: Some(length),

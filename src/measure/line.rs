@@ -3,6 +3,7 @@ use nalgebra::Point3;
 
 use crate::ink::InkTrace;
 use crate::math::stats;
+use crate::measure::Touchable;
 use crate::measure::segments::SegmentGrid;
 use crate::surface::{SurfaceDrawing, SurfaceStroke};
 
@@ -20,15 +21,22 @@ pub struct LineFit {
     pub error_p95: f64,
     /// Largest distance, m.
     pub error_max: f64,
-    /// Share of the desired length that has ink of its layer within one line width.
+    /// Share of the desired length, of what a nib can touch, that has ink of its layer within one line width.
     pub coverage: f64,
+    /// Share of the desired length that a nib can touch.
+    pub touchable: f64,
     /// Share of the inked length farther than one line width from every desired line of its layer.
     pub excess: f64,
 }
 
 /// Compares an ink trace with the desired drawing, both on the true surface. `line_width` is the pen's nominal width of
-/// each layer, m. `None` without ink or without desired strokes.
-pub fn line_fit(desired: &SurfaceDrawing, trace: &InkTrace, line_width: &[f64]) -> Option<LineFit> {
+/// each layer, m. Where `touchable` is given, what no nib can touch isn't asked for. `None` without ink or without desired strokes.
+pub fn line_fit(
+    desired: &SurfaceDrawing,
+    trace: &InkTrace,
+    line_width: &[f64],
+    touchable: Option<&Touchable>,
+) -> Option<LineFit> {
     let near = desired_grid(desired);
     let mut ink = SegmentGrid::new(1e-3);
     let (mut errors, mut inked, mut weighted, mut stray) = (Vec::new(), 0.0, 0.0, 0.0);
@@ -53,26 +61,31 @@ pub fn line_fit(desired: &SurfaceDrawing, trace: &InkTrace, line_width: &[f64]) 
             ink.insert(p.position, next.position, layer as u64);
         }
     }
-    let (mut length, mut covered) = (0.0, 0.0);
+    let (mut length, mut asked, mut covered) = (0.0, 0.0, 0.0);
     for (layer, l) in desired.layers.iter().enumerate() {
         let width = *line_width.get(layer)?;
         for stroke in &l.strokes {
             for (p, share) in probes(stroke, width) {
                 length += share;
+                if touchable.is_some_and(|t| !t.holds(layer, &p)) {
+                    continue;
+                }
+                asked += share;
                 if ink.distance(&p, width, |l| l == layer as u64).is_some() {
                     covered += share;
                 }
             }
         }
     }
-    if inked <= 0.0 || length <= 0.0 {
+    if inked <= 0.0 || asked <= 0.0 {
         return None;
     }
     Some(LineFit {
         error_mean: weighted / inked,
         error_p95: stats::weighted_quantile(&mut errors, 0.95)?,
         error_max: errors.iter().map(|e| e.0).fold(0.0, f64::max),
-        coverage: covered / length,
+        coverage: covered / asked,
+        touchable: asked / length,
         excess: stray / inked,
     })
 }

@@ -365,9 +365,12 @@ pub struct LineMetrics {
     /// Largest distance of the ink from the desired line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_max_mm: Option<f64>,
-    /// Share of the desired line that got ink within one line width.
+    /// Share of the desired line that got ink within one line width; of what a round nib can touch, where `touchable` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coverage: Option<f64>,
+    /// Share of the desired line that a round nib can touch on a true surface with gaps and corners.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touchable: Option<f64>,
     /// Share of the ink farther than one line width from any desired line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub excess: Option<f64>,

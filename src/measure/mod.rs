@@ -12,7 +12,9 @@ mod paths;
 mod seam;
 mod segments;
 mod shape;
+mod tool_changes;
 mod tools;
+mod touchable;
 mod width;
 
 pub use base::BaseMetrics;
@@ -27,5 +29,7 @@ pub use metrics::{
 pub use paths::MetricPath;
 pub use seam::{Seam, SeamMetrics, seams};
 pub use shape::{GridShape, SideErrors, grid_shape, side_errors};
+pub use tool_changes::tool_metrics;
 pub use tools::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
+pub use touchable::Touchable;
 pub use width::width_error;

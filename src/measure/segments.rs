@@ -12,6 +12,7 @@ struct Segment {
 }
 
 /// Segments sorted into cubic cells.
+#[derive(Debug)]
 pub(crate) struct SegmentGrid {
     cell: f64,
     segments: Vec<Segment>,

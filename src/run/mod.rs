@@ -14,7 +14,6 @@ mod scan;
 mod scene_builder;
 mod setup;
 mod team;
-mod tool_figures;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -1,24 +1,24 @@
 //! Carrying out what is planned, and measuring what was drawn.
 use std::time::Instant;
 
+use super::RunError;
 use super::belief::Believed;
-use super::mapping::mapping_onto_truth;
-use super::planning::PenPlaces;
+use super::mapping::{mapping_onto_truth, meant};
+use super::planning::{PenPlaces, holding, kits};
 use super::setup::Setup;
 use super::team::{Team, team};
-use super::{RunError, looking, tool_figures};
 use crate::canvas::{mapped, mapping_onto, own_layers};
-use crate::exec::{self, ArmStop, Both, Counter, Done, Journal, Listener};
+use crate::exec::{self, ArmStop, Both, Counter, Distances, Done, Journal, Listener};
 use crate::ink::{InkTrace, TraceInk};
 use crate::measure::{
-    BeliefMetrics, ContactMetrics, LineMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics, SimMetrics,
-    StrokeHeights, grid_shape, line_fit, side_errors, width_error,
+    BeliefMetrics, ContactMetrics, LineMetrics, LookMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics,
+    SimMetrics, StrokeHeights, Touchable, grid_shape, line_fit, side_errors, tool_metrics, width_error,
 };
 use crate::plan::{Plan, ReachReport};
 use crate::progress::Progress;
 use crate::scenario::{Artwork, Pattern, Scenario};
 use crate::skill::{Aligned, Drawer, TouchStrokes};
-use crate::surface::{BelievedCanvas, Mapping, Projection, map_drawing, map_what_fits};
+use crate::surface::{BelievedCanvas, Mapping, Projection, SurfaceDrawing, map_drawing, map_what_fits};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
 use crate::twin::{ArmStory, Record};
 
@@ -81,6 +81,16 @@ pub(super) fn perform(
     Ok(Performance { places, ..performance })
 }
 
+/// The least distances of all pairs of arms; refused where the plan brings two arms nearer than they may.
+fn distances<P>(scenario: &Scenario, setup: &Setup, plan: &Plan, done: &[Done<P>]) -> Result<Distances, RunError> {
+    let distances = Distances::of(&holding(setup, &kits(setup)?)?, plan, done);
+    let margin_mm = scenario.tools.as_ref().map_or(0.0, |t| t.margin_mm);
+    match distances.planned_within(margin_mm * 1e-3) {
+        Some(n) => Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm }),
+        None => Ok(distances),
+    }
+}
+
 /// Puts together what all arms did.
 fn conclude(
     scenario: &Scenario,
@@ -100,7 +110,7 @@ fn conclude(
         d.plan(i, &planned, arm.base.as_ref().map_or(&arm.home, |b| &b.transport))
     });
     let plan = Plan { arms: arms.collect() };
-    let near = if setup.fetches() { Some(tool_figures::distances(scenario, setup, &plan, &done)?) } else { None };
+    let near = if setup.fetches() { Some(distances(scenario, setup, &plan, &done)?) } else { None };
     let touched = match done.first().and_then(|d| d.policy.touched()) {
         Some(touch) => Some(learned(scenario, setup, touch, &plan, &mut metrics)?),
         None => {
@@ -113,10 +123,10 @@ fn conclude(
         }
     };
     if let Some(near) = near {
-        metrics.tool = Some(tool_figures::tool_metrics(&done, near, scenario));
+        metrics.tool = Some(tool_metrics(&done, near, scenario.tools.is_some()));
     }
     let aligned = done.first().and_then(|d| d.policy.driven()).map_or_else(Vec::new, |d| d.aligned().to_vec());
-    metrics.look = scenario.looking.as_ref().map(|_| looking::figures(&aligned));
+    metrics.look = scenario.looking.as_ref().map(|_| LookMetrics::of(&aligned));
     let stops: Vec<Option<ArmStop>> = done.iter().map(|d| d.stop.clone()).collect();
     let stopped = stops.iter().flatten().map(ToString::to_string).next();
     let interrupted = done.iter().any(|d| d.interrupted);
@@ -188,7 +198,9 @@ fn measure(scenario: &Scenario, setup: &Setup, record: &Record, metrics: &mut Me
     let truth = setup.truth.canvas().reveal();
     let desired = mapped(scenario, &setup.drawing, truth, mapping.as_ref(), MEASURE_STEP, map_what_fits)?;
     let widths: Vec<f64> = setup.pens.iter().map(|p| p.pen.width_nominal).collect();
-    let fit = line_fit(&desired, &record.ink, &widths).map(|fit| LineMetrics {
+    let touchable = touchable(scenario, setup, &desired, &widths)?;
+    let fit = line_fit(&desired, &record.ink, &widths, touchable.as_ref()).map(|fit| LineMetrics {
+        touchable: touchable.is_some().then_some(fit.touchable),
         width_error_p90: width_error(&desired, &record.ink, 0.9),
         ..LineMetrics::of(&fit, &record.ink)
     });
@@ -197,6 +209,20 @@ fn measure(scenario: &Scenario, setup: &Setup, record: &Record, metrics: &mut Me
     metrics.line = fit.or_else(|| asked.then(LineMetrics::nothing_drawn));
     metrics.shape = shape(scenario, setup, &record.ink)?;
     Ok(())
+}
+
+/// What round nibs can touch of the desired line, where the robot draws on an object whose true shape it doesn't know.
+fn touchable(
+    scenario: &Scenario,
+    setup: &Setup,
+    desired: &SurfaceDrawing,
+    widths: &[f64],
+) -> Result<Option<Touchable>, RunError> {
+    let balls: Vec<f64> = setup.pens.iter().map(|p| p.pen.spring.radius).collect();
+    let Some((meant, reach)) = meant(scenario, setup)?.filter(|_| balls.iter().any(|r| *r > 0.0)) else {
+        return Ok(None);
+    };
+    Ok(Some(Touchable::of(desired, setup.truth.canvas().mesh(), [&balls, widths], meant.as_ref(), reach)))
 }
 
 /// The shape of a drawn pattern against the one desired on the nominal canvas.

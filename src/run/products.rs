@@ -5,7 +5,7 @@ use super::belief::{Believed, Prepared};
 use super::perform::{Performance, Touched};
 use super::pictures::{self, Extra};
 use super::setup::Setup;
-use super::{RunError, Until, looking, name_of, scene_builder};
+use super::{RunError, Until, name_of, scene_builder};
 use crate::artwork::{Likenesses, desired_trace};
 use crate::cover::{self, Found};
 use crate::drawing::{Drawing, svg_write};
@@ -16,8 +16,8 @@ use crate::picture::Image;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::report::{
-    OutputDir, Page, StagesOf, distortion_picture, drawing_svg, heights_csv, heights_figure, plan_json, plan_npy,
-    report_html, stages_csv, write_record,
+    OutputDir, Page, StagesOf, distortion_picture, drawing_svg, heights_csv, heights_figure, looks_csv, plan_json,
+    plan_npy, report_html, stages_csv, write_record,
 };
 use crate::scenario::Scenario;
 use crate::surface::StretchField;
@@ -167,7 +167,7 @@ impl Products<'_> {
             write_touched(touched, out, written)?;
         }
         if !performance.aligned.is_empty() {
-            let csv = looking::table(&performance.aligned);
+            let csv = looks_csv(&performance.aligned);
             let content = "What the base found out of its places by looking and feeling";
             written.other(out.write("looking.csv", csv.as_bytes())?, content);
         }

@@ -1,10 +1,11 @@
 //! `[looking]`: how a base that drives finds out by looking and feeling where it stands.
-use nalgebra::{Translation3, Vector3};
+use nalgebra::{Point2, Translation3, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::HandCameraOptions;
-use crate::math::Pose;
+use crate::drawing::{Drawing, InkLayer, Stroke};
+use crate::math::{Pose, Rgb};
 use crate::skill::{CameraModel, FeelOptions, LookOptions};
 use crate::surface::SurfaceDrawing;
 
@@ -100,6 +101,18 @@ impl Default for LookingSettings {
 }
 
 impl LookingSettings {
+    /// The printed crosses as a drawing on a sheet of this size (m); `None` where none is printed.
+    pub fn marks(&self, [width, height]: [f64; 2]) -> Option<Drawing> {
+        let half = 0.5 * self.mark_size_mm * 1e-3;
+        let arms =
+            self.marks_mm.iter().map(|m| Point2::new(m[0] * 1e-3, m[1] * 1e-3)).flat_map(|p| {
+                [Vector2::x(), Vector2::y()].map(|way| Stroke::new(vec![p - way * half, p + way * half]))
+            });
+        let strokes: Vec<Stroke> = arms.collect();
+        let layer = InkLayer { name: "marks".into(), color: Rgb([0; 3]), width_hint: None, strokes };
+        (!layer.strokes.is_empty()).then(|| Drawing::new(width, height, vec![layer]))
+    }
+
     /// The camera as it is calibrated, on the last link of an arm whose flange is at `last_from_flange`.
     pub fn camera(&self, last_from_flange: &Pose) -> CameraModel {
         let turn = Vector3::from(self.mount_deg.map(f64::to_radians));

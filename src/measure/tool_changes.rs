@@ -1,54 +1,24 @@
-//! Figures of tool changes, of who waited for whom, and of how near arms come to each other.
+//! Counts tool changes, who waited for whom, and how near arms came to each other.
 use std::collections::BTreeSet;
 
-use super::RunError;
-use super::planning::{holding, kits};
-use super::setup::Setup;
-use crate::exec::{Distances, Done, Visit};
+use super::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
+use crate::exec::{ArmStop, Distances, Done, Visit};
 use crate::math::stats::quantile;
 use crate::math::{Digest, wilson};
-use crate::measure::{ScheduleMetrics, ToolMetrics, ToolPose, ToolStages};
-use crate::plan::{Nearest, Plan};
-use crate::scenario::Scenario;
 use crate::skill::{Order, Stage, TaskFailure};
 use crate::twin::grasp::{ChangeRecord, GOOD_SEAT};
 
 /// Length of a step, s.
 const STEP: f64 = 1e-3;
 
-/// The least distances of all pairs of arms.
-///
-/// # Errors
-/// The plan brings two arms nearer than they may.
-pub(super) fn distances<P>(
-    scenario: &Scenario,
-    setup: &Setup,
-    plan: &Plan,
-    done: &[Done<P>],
-) -> Result<Distances, RunError> {
-    let distances = Distances::of(&holding(setup, &kits(setup)?)?, plan, done);
-    if let Some(tools) = &scenario.tools {
-        keep_apart(distances.planned, tools.margin_mm)?;
-    }
-    Ok(distances)
-}
-
-/// Refuses a plan in which arms come nearer than they may.
-fn keep_apart(nearest: Option<Nearest>, margin_mm: f64) -> Result<(), RunError> {
-    match nearest.filter(|n| n.distance < margin_mm * 1e-3) {
-        Some(n) => Err(RunError::TooNear { distance_mm: n.distance * 1e3, time: n.time, margin_mm }),
-        None => Ok(()),
-    }
-}
-
-/// Figures of all tool changes.
-pub(super) fn tool_metrics<P>(done: &[Done<P>], near: Distances, scenario: &Scenario) -> ToolMetrics {
+/// Figures of all tool changes; `scheduled` where arms waited for each other.
+pub fn tool_metrics<P>(done: &[Done<P>], near: Distances, scheduled: bool) -> ToolMetrics {
     let changes = || done.iter().flat_map(|d| &d.log.changes);
     let count = |what: &dyn Fn(&ChangeRecord) -> bool| changes().filter(|c| what(c)).count() as u64;
     let gave_up = |order: Order| count(&|c| c.order == order && !c.succeeded);
     let (picks, returns) = (gave_up(Order::Pick), gave_up(Order::Return));
     let (bad_pose, not_seated) = (count(&is_bad), count(&|c| c.seat_gap.is_some_and(|gap| gap > GOOD_SEAT)));
-    let stops = |what: &dyn Fn(&crate::exec::ArmStop) -> bool| {
+    let stops = |what: &dyn Fn(&ArmStop) -> bool| {
         done.iter().filter_map(|d| d.stop.as_ref()).filter(|s| what(s)).count() as u64
     };
     let lost = stops(&|s| s.failure == TaskFailure::PenLost);
@@ -90,7 +60,7 @@ pub(super) fn tool_metrics<P>(done: &[Done<P>], near: Distances, scenario: &Scen
         }),
         stages: first.map(stages),
         steps: changes().map(|c| c.steps).sum(),
-        schedule: scenario.tools.is_some().then(|| schedule(done, near)),
+        schedule: scheduled.then(|| schedule(done, near)),
     }
 }
 
@@ -169,21 +139,5 @@ fn schedule<P>(done: &[Done<P>], near: Distances) -> ScheduleMetrics {
         saved_fraction: if alone > 0.0 { 1.0 - end / alone } else { 0.0 },
         distance_planned_mm: near.planned.map(|n| n.distance * 1e3),
         distance_mm: near.simulated.map(|n| n.distance * 1e3),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_margin_that_is_not_kept_is_refused() {
-        let near = |distance| Some(Nearest { distance, time: 12.5 });
-        assert!(keep_apart(near(0.0301), 30.0).is_ok() && keep_apart(None, 30.0).is_ok());
-        let refused = keep_apart(near(0.0299), 30.0).unwrap_err().to_string();
-        assert!(
-            refused.contains("29.9 mm") && refused.contains("12.5 s") && refused.contains("margin_mm = 30"),
-            "{refused}"
-        );
     }
 }
