@@ -26,7 +26,7 @@ fn start(name: &str, out: &Path, more: &[&str]) -> Child {
 }
 
 /// What of a run doesn't depend on the clock.
-fn timeless(metrics: &Metrics) -> serde_json::Value {
+pub fn timeless(metrics: &Metrics) -> serde_json::Value {
     fn strip(value: &mut serde_json::Value) {
         if let Some(map) = value.as_object_mut() {
             map.retain(|k, _| !matches!(k.as_str(), "duration_s" | "wall_s" | "real_time_factor" | "image" | "render"));
@@ -85,7 +85,7 @@ fn killed(name: &str, out: &Path, sets: &[&str]) -> usize {
 #[test]
 fn a_killed_run_goes_on_to_the_same_bytes() {
     let mut gone_on = 0;
-    for name in ["grid_plane", "touched_cone", "tool_change"] {
+    for name in ["touched_cone", "tool_change"] {
         let folder = tempfile::tempdir().unwrap();
         let sets: Vec<&str> = settings(name).into_iter().flat_map(|s| ["--set", s]).collect();
         let times = killed(name, folder.path(), &sets);
@@ -138,7 +138,8 @@ fn no_ink_where_ink_was_asked_is_a_failure_and_none_of_the_line() {
 
 #[test]
 fn an_experiments_figures_are_a_runs() {
-    for name in ["grid_plane", "scanned_column", "touched_cone", "tool_change"] {
+    // and so of arms that fetch their pens: tools.rs
+    for name in ["scanned_column", "touched_cone"] {
         let whole = drawn(name);
         let alone = evaluate(&whole.scenario, &Cache::default(), &Silent).unwrap();
         assert_eq!(timeless(&alone), timeless(&whole.metrics), "{name}");
@@ -149,8 +150,8 @@ fn an_experiments_figures_are_a_runs() {
 fn no_two_fetches_of_a_dock_are_the_same_and_nothing_is_invented_of_them() {
     let drawn = drawn("four_colours");
     let (tool, folder) = (drawn.metrics.tool.as_ref().unwrap(), &drawn.folder);
-    // more than there are pens, each simulated by itself
-    assert!(tool.fetches > 4 && tool.fetches_distinct == tool.fetches && tool.failed == 0, "{tool:?}");
+    // more than there are inks, each simulated by itself
+    assert!(tool.fetches > 3 && tool.fetches_distinct == tool.fetches && tool.failed == 0, "{tool:?}");
     assert!(tool.success_rate == Some(1.0) && tool.success_rate_low.unwrap() < 0.8, "{tool:?}");
     assert!(tool.handover_jump_rad.unwrap() < 1e-4 && tool.settling_s == Some(0.2));
     // stage by stage two fetches of one dock differ

@@ -76,7 +76,9 @@ fn yaw_falls_in_the_half_grasp_tilt_in_the_lift_and_all_in_the_full_grasp() {
 
 #[test]
 fn a_trial_repeats_to_the_last_bit() {
-    let setup = TrialSetup::gantry(set());
+    // with noise in all that it senses
+    let mut setup = TrialSetup::gantry(set());
+    setup.variation.noise = SensorNoise { force: 0.5, torque: 0.05, fingers: 2e-3 };
     let once = || tool_change_trial(7, &ErrorRanges::usual(), &setup).unwrap();
     let (a, b) = rayon::join(once, once);
     assert_eq!(a, b);
@@ -123,24 +125,21 @@ fn a_tool_falls_when_the_fingers_open_in_mid_air() {
     assert!(fall > 0.05, "fell by {:.1} mm only", fall * 1e3);
 }
 
-/// Successful picks among the first corners with another tool, given one attempt each.
-fn picks_of(set: ToolSet) -> (usize, usize) {
+/// Whether another tool is picked at the first corner at the first attempt.
+fn is_picked(set: ToolSet) -> bool {
     let mut setup = TrialSetup::gantry(set);
     setup.options.attempts = 1;
-    let outcomes: Vec<_> = corners()[..2].par_iter().map(|error| setup.run(error).unwrap()).collect();
-    (outcomes.iter().filter(|o| o.success()).count(), outcomes.len())
+    setup.run(&corners()[0]).unwrap().success()
 }
 
 #[test]
 fn without_plates_the_tool_is_not_picked() {
-    let (good, of) = picks_of(set().without_plates());
-    assert!(good < of, "{good} of {of}");
+    assert!(!is_picked(set().without_plates()));
 }
 
 #[test]
 fn without_bevels_the_tool_is_not_held_where_it_should_be() {
-    let (good, of) = picks_of(set().without_bevels());
-    assert!(good < of, "{good} of {of}");
+    assert!(!is_picked(set().without_bevels()));
 }
 
 #[test]
@@ -198,7 +197,6 @@ fn a_robot_that_knows_its_hand_badly_and_senses_badly_still_picks_the_tool() {
     };
     let outcome = setup.run(&corners()[3]).unwrap();
     assert!(outcome.success(), "{outcome:?}");
-    assert_eq!(outcome, setup.run(&corners()[3]).unwrap());
 }
 
 #[test]

@@ -27,9 +27,9 @@ fn scenarios() -> Vec<PathBuf> {
 fn smaller(name: &str) -> &'static [&'static str] {
     match name {
         "tsp_portrait" => &["drawing.tsp.points=1000", "drawing.height_mm=40"],
-        "painterly" => &["drawing.painterly.strokes=12", "drawing.height_mm=70"],
-        "layered_depth" => &["drawing.layered_depth.strokes=12", "drawing.width_mm=70"],
-        "hatching" => &["drawing.height_mm=22"],
+        "painterly" => &["drawing.painterly.strokes=8", "drawing.height_mm=70"],
+        "layered_depth" => &["drawing.layered_depth.strokes=8", "drawing.width_mm=70"],
+        "hatching" => &["drawing.height_mm=17"],
         "hilbert_column" => &["drawing.pattern.order=3", "drawing.width_mm=60"],
         "plank_wall" => &["drawing.pattern.n=2"],
         "patterns_column_both" => &["drawing.pattern.order=2", "drawing.pattern.n=4"],
@@ -42,7 +42,7 @@ fn smaller(name: &str) -> &'static [&'static str] {
         "tool_change" => &["render.tool_stages=false"],
         "four_colours" => &["drawing.painterly.strokes=8", "drawing.height_mm=60"],
         "three_arms" => &["drawing.height_mm=60"],
-        "cmyk_tsp" => &["drawing.tsp.points=120", "drawing.height_mm=20"],
+        "cmyk_tsp" => &["drawing.tsp.points=60", "drawing.height_mm=15"],
         _ => &[],
     }
 }
@@ -72,8 +72,11 @@ fn part(name: &str) -> Option<Part> {
         "column_figure" => "strokes=1-45",
         // the last of its first ink and the first of its second
         "first_light" => "strokes=275-325",
+        // its left arm fetches one of them twice
+        "four_colours" => "inks=dark red,tan,dark teal",
         "scanned_tools" => "inks=Green,Red",
         "touched_bucket" => "strokes=1-25",
+        "touched_tools" => "strokes=1-8",
         // one of each arm
         "cmyk_tsp" => "inks=cyan,black",
         _ => return None,
