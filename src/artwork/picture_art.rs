@@ -14,8 +14,8 @@ use crate::drawing::Size;
 use crate::files;
 use crate::math::PAPER;
 use crate::picture::{
-    CmykOptions, Dither, Flat, Ink, Noted, Palette, PaletteMethod, PaperRule, Picture, Plane, ReadOptions, Tone, ToneCurve,
-    cmyk, pens, read, read_depth, read_labels, separation_image, single,
+    CmykOptions, Dither, Flat, Ink, Noted, Palette, PaletteMethod, PaperRule, Picture, Plane, ReadOptions, Tone,
+    ToneCurve, cmyk, pens, read, read_depth, read_labels, separation_image, single,
 };
 use crate::progress::Progress;
 use crate::scenario::{
@@ -46,7 +46,14 @@ pub(super) fn make(spec: &PictureSpec, sketch: &Sketch, progress: &dyn Progress)
         (Some(w), Some(h)) => Size::Fit(w, h),
     };
     let (width, height) = size.resolve(1e-3 * picture.width() as f64, 1e-3 * picture.height() as f64)?;
-    let job = Job { file: &spec.file, picture: &picture, sheet: Sheet { width, height }, color: &spec.color, sketch, progress };
+    let job = Job {
+        file: &spec.file,
+        picture: &picture,
+        sheet: Sheet { width, height },
+        color: &spec.color,
+        sketch,
+        progress,
+    };
     let artwork = match &spec.generator {
         Generator::Tsp(s) => job.tsp(s)?,
         Generator::Stipple(s) => job.dots(s.dots)?,

@@ -92,6 +92,11 @@ pub fn read_labels(file: &Path) -> Result<Labels, PictureError> {
     open(file).and_then(|bytes| indices::labels(&bytes)).map_err(|fault| fault.of(file))
 }
 
+/// Whether a file is a picture that [`read`] knows, by its first bytes.
+pub fn is_picture(file: &Path) -> bool {
+    files::read(file).is_ok_and(|bytes| Format::of(&bytes).is_ok())
+}
+
 fn open(file: &Path) -> Result<Vec<u8>, Fault> {
     Ok(files::read(file)?)
 }
@@ -146,3 +151,6 @@ fn depth(bytes: Vec<u8>) -> Result<Noted<Plane>, Fault> {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod format_tests;

@@ -3,7 +3,7 @@ use std::io::Cursor;
 
 use image::codecs::{bmp::BmpDecoder, gif::GifDecoder, hdr::HdrDecoder, png::PngDecoder};
 use image::codecs::{qoi::QoiDecoder, tiff::TiffDecoder, webp::WebPDecoder};
-use image::{AnimationDecoder, ColorType, ImageDecoder, ImageResult, Limits};
+use image::{AnimationDecoder, ColorType, ImageDecoder, Limits};
 
 use super::profile::Space;
 use super::raster::{Depth, Model, Raster};
@@ -13,10 +13,13 @@ use super::{Fault, Format, MAX_BYTES, check_size, jpeg, png_head, tiff};
 const PNG_BYTES: u64 = 64 << 20;
 
 /// Decodes a whole file.
-pub(super) fn decode(bytes: Vec<u8>) -> Result<Raster, Fault> {
+pub(super) fn decode(mut bytes: Vec<u8>) -> Result<Raster, Fault> {
     let format = Format::of(&bytes)?;
-    let source = Cursor::new(&bytes[..]);
     let mut notes = Vec::new();
+    if format == Format::Png && png_head::mend(&mut bytes) {
+        notes.push("its end chunk is missing, but none of its pixels".into());
+    }
+    let source = Cursor::new(&bytes[..]);
     let opened = |e| Fault::of_image(e, format, (0, 0));
     match format {
         Format::Jpeg => jpeg::decode(bytes),
@@ -26,8 +29,7 @@ pub(super) fn decode(bytes: Vec<u8>) -> Result<Raster, Fault> {
             if decoder.is_apng().is_ok_and(|is| is) {
                 notes.push("it is animated: its still picture is drawn".into());
             }
-            let raster = whole(decoder, format, Some(space), notes)?;
-            Ok(noted(raster, !png_head::ended(&bytes), "its last bytes are missing, but none of its pixels"))
+            whole(decoder, format, Some(space), notes)
         }
         Format::WebP => {
             // The decoder fills up what is missing of a lossy picture.
@@ -41,26 +43,24 @@ pub(super) fn decode(bytes: Vec<u8>) -> Result<Raster, Fault> {
             }
             whole(decoder, format, None, notes)
         }
-        Format::Tiff => match tiff::head(&bytes)? {
-            tiff::Head { inks: true, .. } => tiff::inks(&bytes),
-            tiff::Head { more, premultiplied, .. } => {
-                let raster = whole(TiffDecoder::new(source).map_err(opened)?, format, None, notes)?;
-                let raster = if premultiplied { tiff::unmultiplied(raster) } else { raster };
-                Ok(noted(raster, more, tiff::MORE))
+        Format::Tiff => {
+            let head = tiff::head(&bytes, &mut notes)?;
+            if head.inks {
+                return tiff::inks(&bytes, head.space, notes);
             }
-        },
+            let raster = whole(TiffDecoder::new(source).map_err(opened)?, format, Some(head.space), notes)?;
+            Ok(if head.premultiplied { tiff::unmultiplied(raster) } else { raster })
+        }
         Format::Gif => {
             let raster = whole(GifDecoder::new(source.clone()).map_err(opened)?, format, None, notes)?;
             let next = GifDecoder::new(source).ok().and_then(|d| d.into_frames().nth(1));
-            let raster = noted(raster, next.as_ref().is_some_and(|n| n.is_ok()), "it is animated: its first frame is drawn");
+            let raster =
+                noted(raster, next.as_ref().is_some_and(|n| n.is_ok()), "it is animated: its first frame is drawn");
             Ok(noted(raster, next.is_some_and(|n| n.is_err()), "what follows its first frame is damaged or missing"))
         }
         Format::Bmp => whole(BmpDecoder::new(source).map_err(opened)?, format, None, notes),
-        Format::Qoi => {
-            // Byte 13 of the header: 1 where all samples are linear light.
-            let space = if bytes.get(13) == Some(&1) { Space::Power(1.0) } else { Space::Srgb };
-            whole(QoiDecoder::new(source).map_err(opened)?, format, Some(space), notes)
-        }
+        // Its word on linear light is only information, and many writers get it wrong.
+        Format::Qoi => whole(QoiDecoder::new(source).map_err(opened)?, format, None, notes),
         Format::Hdr => {
             let raster = whole(HdrDecoder::new(source).map_err(opened)?, format, None, notes)?;
             let values = raster.rows().flat_map(|row| (0..3 * raster.width).map(|i| raster.value(row, i)));
@@ -109,21 +109,20 @@ fn whole<D: ImageDecoder>(
         other => return Err(Fault::foreign(format, format!("{other:?} pixels"))),
     };
     let total = decoder.total_bytes();
-    if total > MAX_BYTES {
+    if total.saturating_mul(format.copies()) > MAX_BYTES {
         return Err(Fault::Heavy { width, height });
     }
     decoder.set_limits(at_most(MAX_BYTES)).map_err(fault)?;
-    let orientation = lenient(decoder.orientation()).map_or(1, |o| o.to_exif());
+    // Where it is broken, the pixels count.
+    let orientation = decoder.orientation().map_or(1, |o| o.to_exif());
     let space = match space {
         Some(space) => space,
-        None => Space::of_icc(lenient(decoder.icc_profile()).flatten().as_deref(), &mut notes),
+        None => match decoder.icc_profile() {
+            Ok(icc) => Space::of_icc(icc.as_deref(), &mut notes),
+            Err(e) => Space::unread(e, &mut notes),
+        },
     };
     let mut bytes = vec![0; total as usize];
     decoder.read_image(&mut bytes).map_err(fault)?;
     Ok(Raster { width, height, model, alpha, depth, bytes, space, orientation, notes })
-}
-
-/// What is said beside the pixels: where it is broken, the pixels count.
-fn lenient<T>(said: ImageResult<T>) -> Option<T> {
-    said.ok()
 }

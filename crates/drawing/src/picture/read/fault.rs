@@ -2,6 +2,7 @@
 use std::path::Path;
 
 use image::ImageError;
+use image::error::UnsupportedErrorKind;
 
 use super::{Format, MAX_PIXELS};
 use crate::picture::PictureError;
@@ -38,7 +39,7 @@ impl Fault {
             // The file is in memory: what can't be read is not there.
             ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Self::cut(format),
             ImageError::Limits(_) => Self::Heavy { width, height },
-            ImageError::Unsupported(e) => Self::foreign(format, e),
+            ImageError::Unsupported(e) => Self::foreign(format, unknown(&e.kind())),
             ImageError::Decoding(e) => Self::damaged(format, inner(&e)),
             e => Self::damaged(format, e),
         }
@@ -70,6 +71,15 @@ impl From<std::io::Error> for Fault {
 /// The decoder's own words, where there are any: `image` puts a sentence about the format before them.
 fn inner(error: &(dyn std::error::Error + 'static)) -> String {
     error.source().unwrap_or(error).to_string()
+}
+
+/// What a decoder doesn't know, without `image`'s sentence round it.
+fn unknown(kind: &UnsupportedErrorKind) -> String {
+    match kind {
+        UnsupportedErrorKind::Color(color) => format!("pixels of kind {color:?}"),
+        UnsupportedErrorKind::GenericFeature(feature) => format!("what its decoder names so: {feature}"),
+        _ => "an unknown kind of data".into(),
+    }
 }
 
 /// One line without what could upset a terminal: decoders quote what stands in the file.

@@ -47,6 +47,14 @@ impl Format {
         }
     }
 
+    /// How many times its decoder holds the pixels.
+    pub(super) fn copies(self) -> u64 {
+        match self {
+            Self::Tiff | Self::WebP => 2,
+            _ => 1,
+        }
+    }
+
     /// How its usual kind is called, which is read.
     pub(super) fn usual(self) -> &'static str {
         match self {
@@ -74,6 +82,7 @@ fn stranger(bytes: &[u8]) -> &'static str {
         [0xff, 0x0a, ..] => "it is a JPEG XL",
         _ if inner.starts_with(b"JXL ") => "it is a JPEG XL",
         _ if inner.starts_with(b"jP  ") => "it is a JPEG 2000",
+        _ if inner.starts_with(b"ftypavif") => "it is an AVIF",
         _ if inner.starts_with(b"ftyp") => "it is a HEIC or another of its family",
         _ => "by its first bytes it is none of these",
     }

@@ -19,8 +19,7 @@ const BAIT: [u8; 64] = [0x5a; 64];
 
 /// Decodes a JPEG: grey, YCbCr, RGB, CMYK or YCCK.
 pub(super) fn decode(mut bytes: Vec<u8>) -> Result<Raster, Fault> {
-    let outline =
-        Outline::of(&bytes).ok_or_else(|| Fault::damaged(Format::Jpeg, "it ends before its first scan"))?;
+    let outline = Outline::of(&bytes).ok_or_else(|| Fault::damaged(Format::Jpeg, "it ends before its first scan"))?;
     if let Some(kind) = outline.foreign {
         return Err(Fault::foreign(Format::Jpeg, kind));
     }

@@ -1,4 +1,4 @@
-//! What `image` doesn't tell of a PNG: its chunks on colour, and whether its end is there.
+//! What `image` doesn't tell of a PNG: its chunks on colour, and how it ends.
 use std::io::Cursor;
 
 use png::{Decoder, DecodingError};
@@ -62,14 +62,22 @@ fn span(xy: &[[f32; 2]; 4]) -> bool {
         && [turn(red, green, white), turn(green, blue, white), turn(blue, red, white)].iter().all(|t| *t > 1e-4)
 }
 
-/// Whether the chunk is there that ends every PNG.
-pub(super) fn ended(bytes: &[u8]) -> bool {
+/// The chunk that ends every PNG.
+const END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
+
+/// Puts the end chunk there where it, or a part of it, is all that is missing; `true` if so.
+pub(super) fn mend(bytes: &mut Vec<u8>) -> bool {
     let mut at = 8;
     while let Some(head) = bytes.get(at..at + 8) {
         if &head[4..] == b"IEND" {
-            return true;
+            break;
         }
         at = at.saturating_add(u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize + 12);
     }
-    false
+    let cut = bytes.get(at..).is_some_and(|rest| rest.len() < END.len() && END.starts_with(rest));
+    if cut {
+        bytes.truncate(at);
+        bytes.extend(END);
+    }
+    cut
 }

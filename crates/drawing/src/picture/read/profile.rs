@@ -2,8 +2,9 @@
 use std::sync::Arc;
 
 use moxcms::{
-    Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace, Layout,
-    MatrixCoefficients, ToneReprCurve, TransferCharacteristics, TransformF64Executor, TransformOptions, XyY,
+    Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace, InterpolationMethod,
+    Layout, LutStore, LutType, LutWarehouse, MatrixCoefficients, ToneReprCurve, TransferCharacteristics,
+    TransformF64Executor, TransformOptions, XyY,
 };
 
 use super::fault::sentence;
@@ -30,12 +31,18 @@ impl Space {
     pub(super) fn of_icc(icc: Option<&[u8]>, notes: &mut Vec<String>) -> Self {
         let Some(icc) = icc else { return Self::Srgb };
         match ColorProfile::new_from_slice(icc) {
-            Ok(profile) => Self::Profile(Box::new(profile)),
-            Err(e) => {
-                notes.push(format!("its colour profile can't be read ({}): sRGB is assumed", sentence(&e.to_string())));
-                Self::Srgb
+            Ok(mut profile) => {
+                widen(&mut profile);
+                Self::Profile(Box::new(profile))
             }
+            Err(e) => Self::unread(e, notes),
         }
+    }
+
+    /// sRGB for a profile that can't be read, with a note.
+    pub(super) fn unread(why: impl std::fmt::Display, notes: &mut Vec<String>) -> Self {
+        notes.push(format!("its colour profile can't be read ({}): passed over", sentence(&why.to_string())));
+        Self::Srgb
     }
 
     /// That of white and primaries in CIE xy (white, red, green, blue) and the power law of the light, if one is stated.
@@ -71,6 +78,27 @@ impl Space {
     }
 }
 
+/// Makes tables of 16 bits of those of 8 (`mft1`), as which `moxcms` 0.8 takes their Lab: 255 is 100 there, but 65280 in 16 bits.
+fn widen(profile: &mut ColorProfile) {
+    if profile.pcs != DataColorSpace::Lab {
+        return;
+    }
+    let tables =
+        [&mut profile.lut_a_to_b_perceptual, &mut profile.lut_a_to_b_colorimetric, &mut profile.lut_a_to_b_saturation];
+    for table in tables.into_iter().flatten() {
+        let LutWarehouse::Lut(lut) = table else { continue };
+        let (LutStore::Store8(first), LutStore::Store8(grid), LutStore::Store8(last)) =
+            (&lut.input_table, &lut.clut_table, &lut.output_table)
+        else {
+            continue;
+        };
+        let times = |values: &[u8], by: u16| LutStore::Store16(values.iter().map(|v| u16::from(*v) * by).collect());
+        let wide = (times(first, 257), times(grid, 257), times(last, 256));
+        (lut.input_table, lut.clut_table, lut.output_table) = wide;
+        lut.lut_type = LutType::Lut16;
+    }
+}
+
 /// Turns rows of samples into linear light.
 pub(super) struct Light {
     way: Way,
@@ -95,7 +123,8 @@ impl Light {
                 Ok(Some(way)) => Some(way),
                 Ok(None) => None,
                 Err(why) => {
-                    let assumed = if raster.model == Model::Cmyk { "no press's inks are known" } else { "sRGB is assumed" };
+                    let assumed =
+                        if raster.model == Model::Cmyk { "no press's inks are known" } else { "sRGB is assumed" };
                     raster.notes.push(format!("its colour profile isn't used ({}): {assumed}", sentence(&why)));
                     None
                 }
@@ -206,6 +235,5 @@ fn is_srgb(transform: &Arc<TransformF64Executor>, samples: usize) -> bool {
     };
     let from: Vec<f64> = colors.iter().flat_map(|c| c[..samples].to_vec()).collect();
     let mut to = vec![0.0; 3 * colors.len()];
-    transform.transform(&from, &mut to).is_ok()
-        && colors.iter().flatten().zip(&to).all(|(a, b)| (a - b).abs() < SAME)
+    transform.transform(&from, &mut to).is_ok() && colors.iter().flatten().zip(&to).all(|(a, b)| (a - b).abs() < SAME)
 }

@@ -9,9 +9,6 @@ use super::profile::Space;
 use super::raster::{Depth, Model, Raster};
 use super::{Fault, Format, MAX_BYTES, check_size};
 
-/// What is said of a file with more than one picture.
-pub(super) const MORE: &str = "it has more pages: the first is drawn";
-
 /// `DNGVersion` (Adobe DNG 1.6, chapter 4).
 const DNG_VERSION: Tag = Tag::Unknown(50_706);
 /// Most bytes of a tag's values and of one strip or tile.
@@ -21,8 +18,8 @@ const STRIP_BYTES: usize = 512 << 20;
 pub(super) struct Head {
     /// Its pixels are cyan, magenta, yellow and black.
     pub(super) inks: bool,
-    /// There are more pages.
-    pub(super) more: bool,
+    /// What its samples mean.
+    pub(super) space: Space,
     /// Its colours are stored times their alpha.
     pub(super) premultiplied: bool,
 }
@@ -35,8 +32,8 @@ fn fault(error: TiffError) -> Fault {
     }
 }
 
-/// Looks at the first page.
-pub(super) fn head(bytes: &[u8]) -> Result<Head, Fault> {
+/// Looks at the first page, and notes that there are more.
+pub(super) fn head(bytes: &[u8], notes: &mut Vec<String>) -> Result<Head, Fault> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(fault)?;
     let (width, height) = decoder.dimensions().map_err(fault)?;
     check_size(width as usize, height as usize)?;
@@ -47,13 +44,25 @@ pub(super) fn head(bytes: &[u8]) -> Result<Head, Fault> {
         return Err(Fault::NoPicture(what.into()));
     }
     let premultiplied = tag(Tag::ExtraSamples).contains(&1);
-    let more = decoder.more_images();
-    let inks = matches!(decoder.colortype().map_err(fault)?, ColorType::CMYK(8 | 16));
-    Ok(Head { inks, more, premultiplied })
+    if decoder.more_images() {
+        notes.push("it has more pages: the first is drawn".into());
+    }
+    // `image` keeps silent of one that is cut off.
+    let space = match decoder.find_tag(Tag::IccProfile).and_then(|tag| tag.map(|t| t.into_u8_vec()).transpose()) {
+        Ok(icc) => Space::of_icc(icc.as_deref(), notes),
+        Err(e) => Space::unread(e, notes),
+    };
+    let inks = match decoder.colortype().map_err(fault)? {
+        ColorType::CMYK(8 | 16) => true,
+        ColorType::Palette(_) => return Err(Fault::foreign(Format::Tiff, "a palette")),
+        ColorType::YCbCr(_) => return Err(Fault::foreign(Format::Tiff, "YCbCr colours")),
+        _ => false,
+    };
+    Ok(Head { inks, space, premultiplied })
 }
 
 /// Decodes a TIFF in four inks, which `image` would turn into RGB without its profile.
-pub(super) fn inks(bytes: &[u8]) -> Result<Raster, Fault> {
+pub(super) fn inks(bytes: &[u8], space: Space, notes: Vec<String>) -> Result<Raster, Fault> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = MAX_BYTES as usize;
     limits.intermediate_buffer_size = STRIP_BYTES;
@@ -69,14 +78,8 @@ pub(super) fn inks(bytes: &[u8]) -> Result<Raster, Fault> {
     if decoder.find_tag_unsigned::<u16>(Tag::PlanarConfiguration).ok().flatten() == Some(2) {
         return Err(Fault::foreign(Format::Tiff, "inks in planes one after another"));
     }
-    let mut notes = Vec::new();
-    let icc = decoder.get_tag_u8_vec(Tag::IccProfile).ok();
-    let space = Space::of_icc(icc.as_deref(), &mut notes);
     let turned = decoder.find_tag_unsigned::<u8>(Tag::Orientation).ok().flatten();
     let orientation = turned.filter(|o| (1..=8).contains(o)).unwrap_or(1);
-    if decoder.more_images() {
-        notes.push(MORE.into());
-    }
     let samples = match decoder.read_image().map_err(fault)? {
         DecodingResult::U8(samples) => samples,
         DecodingResult::U16(samples) => samples.iter().flat_map(|v| v.to_ne_bytes()).collect(),
