@@ -3,7 +3,7 @@ use std::io::Cursor;
 
 use image::codecs::{bmp::BmpDecoder, gif::GifDecoder, hdr::HdrDecoder, png::PngDecoder};
 use image::codecs::{qoi::QoiDecoder, tiff::TiffDecoder, webp::WebPDecoder};
-use image::{AnimationDecoder, ColorType, ImageDecoder, Limits};
+use image::{AnimationDecoder, ColorType, Frame, ImageDecoder, ImageError, ImageResult, Limits};
 
 use super::profile::Space;
 use super::raster::{Depth, Model, Raster};
@@ -53,10 +53,12 @@ pub(super) fn decode(mut bytes: Vec<u8>) -> Result<Raster, Fault> {
         }
         Format::Gif => {
             let raster = whole(GifDecoder::new(source.clone()).map_err(opened)?, format, None, notes)?;
-            let next = GifDecoder::new(source).ok().and_then(|d| d.into_frames().nth(1));
-            let raster =
-                noted(raster, next.as_ref().is_some_and(|n| n.is_ok()), "it is animated: its first frame is drawn");
-            Ok(noted(raster, next.is_some_and(|n| n.is_err()), "what follows its first frame is damaged or missing"))
+            let note = match second_frame(source) {
+                None | Some(Err(ImageError::Limits(_))) => return Ok(raster),
+                Some(Ok(_)) => "it is animated: its first frame is drawn",
+                Some(Err(_)) => "what follows its first frame is damaged or missing",
+            };
+            Ok(noted(raster, true, note))
         }
         Format::Bmp => whole(BmpDecoder::new(source).map_err(opened)?, format, None, notes),
         // Its word on linear light is only information, and many writers get it wrong.
@@ -69,6 +71,13 @@ pub(super) fn decode(mut bytes: Vec<u8>) -> Result<Raster, Fault> {
             Ok(noted(raster, beyond > 0.0, &note))
         }
     }
+}
+
+/// What follows a GIF's first frame, if anything does.
+fn second_frame(source: Cursor<&[u8]>) -> Option<ImageResult<Frame>> {
+    let mut decoder = GifDecoder::new(source).ok()?;
+    decoder.set_limits(at_most(MAX_BYTES)).ok()?;
+    decoder.into_frames().nth(1)
 }
 
 fn at_most(bytes: u64) -> Limits {
