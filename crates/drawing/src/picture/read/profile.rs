@@ -2,9 +2,9 @@
 use std::sync::Arc;
 
 use moxcms::{
-    Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace, InterpolationMethod,
-    Layout, LutStore, LutType, LutWarehouse, MatrixCoefficients, ToneReprCurve, TransferCharacteristics,
-    TransformF64Executor, TransformOptions, XyY,
+    Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace, Layout, LutStore,
+    LutType, LutWarehouse, MatrixCoefficients, ToneReprCurve, TransferCharacteristics, TransformF64Executor,
+    TransformOptions, XyY,
 };
 
 use super::fault::sentence;
