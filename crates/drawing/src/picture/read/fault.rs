@@ -1,8 +1,8 @@
 //! What is wrong with a file that has no name yet.
 use std::path::Path;
 
-use image::ImageError;
 use image::error::UnsupportedErrorKind;
+use image::{ExtendedColorType, ImageError};
 
 use super::{Format, MAX_PIXELS};
 use crate::picture::PictureError;
@@ -76,8 +76,9 @@ fn inner(error: &(dyn std::error::Error + 'static)) -> String {
 /// What a decoder doesn't know, without `image`'s sentence round it.
 fn unknown(kind: &UnsupportedErrorKind) -> String {
     match kind {
+        UnsupportedErrorKind::Color(ExtendedColorType::Unknown(bits)) => format!("pixels of {bits} bits"),
         UnsupportedErrorKind::Color(color) => format!("pixels of kind {color:?}"),
-        UnsupportedErrorKind::GenericFeature(feature) => format!("what its decoder names so: {feature}"),
+        UnsupportedErrorKind::GenericFeature(feature) => format!("unusual data (\"{feature}\")"),
         _ => "an unknown kind of data".into(),
     }
 }

@@ -27,7 +27,7 @@ pub(super) struct Head {
 fn fault(error: TiffError) -> Fault {
     match error {
         TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Fault::cut(Format::Tiff),
-        TiffError::UnsupportedError(e) => Fault::foreign(Format::Tiff, e),
+        TiffError::UnsupportedError(e) => Fault::foreign(Format::Tiff, format!("unusual data (\"{e}\")")),
         e => Fault::damaged(Format::Tiff, e),
     }
 }
@@ -43,6 +43,12 @@ pub(super) fn head(bytes: &[u8], notes: &mut Vec<String>) -> Result<Head, Fault>
         let what = "it is a camera's raw file, or one that begins with a thumbnail";
         return Err(Fault::NoPicture(what.into()));
     }
+    // TIFF 6.0, sections 5 and 23
+    match tag(Tag::PhotometricInterpretation).first() {
+        Some(3) => return Err(Fault::foreign(Format::Tiff, "a palette")),
+        Some(8..=10) => return Err(Fault::foreign(Format::Tiff, "CIELAB colours")),
+        _ => {}
+    }
     let premultiplied = tag(Tag::ExtraSamples).contains(&1);
     if decoder.more_images() {
         notes.push("it has more pages: the first is drawn".into());
@@ -54,7 +60,6 @@ pub(super) fn head(bytes: &[u8], notes: &mut Vec<String>) -> Result<Head, Fault>
     };
     let inks = match decoder.colortype().map_err(fault)? {
         ColorType::CMYK(8 | 16) => true,
-        ColorType::Palette(_) => return Err(Fault::foreign(Format::Tiff, "a palette")),
         ColorType::YCbCr(_) => return Err(Fault::foreign(Format::Tiff, "YCbCr colours")),
         _ => false,
     };
