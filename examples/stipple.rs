@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().ok_or("usage: stipple PICTURE [DOTS]")?;
     let dots: usize = arguments.next().map_or(Ok(80_000), |n| n.parse())?;
-    let light = read(Path::new(&file), &ReadOptions::default())?.luminance();
+    let light = read(Path::new(&file), &ReadOptions::default())?.content.luminance();
     let (w, h) = (light.width(), light.height());
     let dark = |column, row| 1.0 - f32::from(srgb_from_linear(f64::from(light.at(column, row)))) / 255.0;
     let density = Plane::from_fn(w, h, dark);

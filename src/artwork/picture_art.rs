@@ -14,8 +14,8 @@ use crate::drawing::Size;
 use crate::files;
 use crate::math::PAPER;
 use crate::picture::{
-    CmykOptions, Dither, Flat, Ink, Palette, PaletteMethod, PaperRule, Picture, Plane, ReadOptions, Tone, ToneCurve,
-    cmyk, pens, read, read_depth, read_labels, separation_image, single,
+    CmykOptions, Dither, Flat, Ink, Noted, Palette, PaletteMethod, PaperRule, Picture, Plane, ReadOptions, Tone,
+    ToneCurve, cmyk, pens, read, read_depth, read_labels, separation_image, single,
 };
 use crate::progress::Progress;
 use crate::scenario::{
@@ -36,7 +36,7 @@ const SMOOTHING: usize = 2;
 
 /// Reads a picture and makes strokes of it.
 pub(super) fn make(spec: &PictureSpec, sketch: &Sketch, progress: &dyn Progress) -> Result<Made, ArtworkError> {
-    let read = read(&spec.file, &ReadOptions::default())?;
+    let read = told(&spec.file, read(&spec.file, &ReadOptions::default())?, progress);
     let picture = levels(&read, &spec.color).picture(&read);
     let mm = |x: Option<f64>| x.map(|x| x * 1e-3);
     let size = match (mm(sketch.drawing.width_mm), mm(sketch.drawing.height_mm)) {
@@ -46,7 +46,14 @@ pub(super) fn make(spec: &PictureSpec, sketch: &Sketch, progress: &dyn Progress)
         (Some(w), Some(h)) => Size::Fit(w, h),
     };
     let (width, height) = size.resolve(1e-3 * picture.width() as f64, 1e-3 * picture.height() as f64)?;
-    let job = Job { file: &spec.file, picture: &picture, sheet: Sheet { width, height }, color: &spec.color, sketch };
+    let job = Job {
+        file: &spec.file,
+        picture: &picture,
+        sheet: Sheet { width, height },
+        color: &spec.color,
+        sketch,
+        progress,
+    };
     let artwork = match &spec.generator {
         Generator::Tsp(s) => job.tsp(s)?,
         Generator::Stipple(s) => job.dots(s.dots)?,
@@ -69,6 +76,14 @@ pub(super) fn make(spec: &PictureSpec, sketch: &Sketch, progress: &dyn Progress)
     }
     let Artwork { drawing, plates, .. } = artwork;
     Ok(Made { drawing, picture: Some(picture), plates })
+}
+
+/// What a file holds, once its notes are told.
+fn told<T>(file: &Path, read: Noted<T>, progress: &dyn Progress) -> T {
+    for note in &read.notes {
+        progress.note(&format!("{}: {note}", file.display()));
+    }
+    read.content
 }
 
 fn levels(picture: &Picture, color: &ColorSettings) -> ToneCurve {
@@ -96,6 +111,7 @@ struct Job<'a> {
     sheet: Sheet,
     color: &'a ColorSettings,
     sketch: &'a Sketch,
+    progress: &'a dyn Progress,
 }
 
 impl Job<'_> {
@@ -169,7 +185,7 @@ impl Job<'_> {
     fn semantics(&self, s: &LayeredDepthSettings) -> Result<Semantics, ArtworkError> {
         let picture = self.picture;
         let depth = match (&s.depth, &s.depth_model) {
-            (Some(file), _) => Some(read_depth(file)?),
+            (Some(file), _) => Some(told(file, read_depth(file)?, self.progress)),
             (None, Some(model)) => Some(models::depth(model, picture)?),
             (None, None) => None,
         };

@@ -2,6 +2,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::math::Rgb;
+use crate::picture::is_picture;
 
 use super::assets::existing;
 use super::check::Check;
@@ -151,25 +152,26 @@ pub(super) fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) 
     })
 }
 
-/// What kind of artwork a file is, by its extension.
+/// What kind of artwork a file is.
 enum Kind {
     Vector,
     Picture,
 }
 
-fn kind_of(source: &str) -> Option<Kind> {
-    let extension = Path::new(source).extension()?.to_str()?.to_ascii_lowercase();
+/// By its extension, or, where that says nothing, by its content.
+fn kind_of(source: &str, folder: &Path) -> Option<Kind> {
+    let extension = Path::new(source).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "svg" | "svgz" | "txt" | "jsonl" => Some(Kind::Vector),
-        "png" | "jpg" | "jpeg" => Some(Kind::Picture),
-        _ => None,
+        "png" | "jpg" | "jpeg" | "webp" | "tif" | "tiff" | "gif" | "bmp" | "qoi" | "hdr" => Some(Kind::Picture),
+        _ => is_picture(&folder.join(source)).then_some(Kind::Picture),
     }
 }
 
 fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<Artwork, ScenarioError> {
     let find = |source: &str| existing(&folder.join(source)).map_err(|e| check.sentence("drawing.source", e));
     let for_pictures = picture_section(&typed);
-    match (typed.source.as_deref().map(|s| (s, kind_of(s))), &typed.pattern) {
+    match (typed.source.as_deref().map(|s| (s, kind_of(s, folder))), &typed.pattern) {
         (Some(_), Some(_)) => {
             Err(check.wrong("drawing.source", "and `[drawing.pattern]` exclude each other: keep one"))
         }
@@ -177,7 +179,8 @@ fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<A
             Err(check.sentence("drawing.source", "`[drawing]` needs a `source` file or a `[drawing.pattern]`"))
         }
         (Some((source, None)), _) => {
-            let known = "an .svg, a .jsonl, a _k.txt file, or a picture (.png, .jpg)";
+            let known =
+                "an .svg, a .jsonl, a _k.txt file, or a picture (.png, .jpg, .webp, .tif, .gif, .bmp, .qoi, .hdr)";
             Err(check.wrong("drawing.source", format!("must be {known}, not {source}")))
         }
         (Some((source, Some(Kind::Picture))), _) => {
@@ -188,7 +191,7 @@ fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<A
         }
         (vector, pattern) => {
             if let Some(key) = for_pictures {
-                return Err(check.wrong(key, "is for pictures (.png, .jpg): a vector drawing has strokes already"));
+                return Err(check.wrong(key, "is for pictures (.png, .jpg, ...): a vector drawing has strokes already"));
             }
             match (vector, pattern) {
                 (Some((source, _)), _) => Ok(Artwork::File(find(source)?)),

@@ -118,7 +118,7 @@ impl ScenarioFile {
 #[serde(default, deny_unknown_fields)]
 pub struct DrawingFile {
     /// An `.svg`, the recording of a stylus `.jsonl`, one of the stroke text files `NAME_k.txt`, `NAME_c.txt`, ...,
-    /// or a picture, `.png` or `.jpg`; relative to the scenario's folder.
+    /// or a picture, `.png`, `.jpg`, `.webp`, `.tif`, `.gif`, `.bmp`, `.qoi` or `.hdr`; relative to the scenario's folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     /// Height of the drawing. One of height and width keeps the proportions; with both the drawing is fitted into

@@ -1,4 +1,4 @@
-//! How a picture becomes strokes: the sections of `[drawing]` that a `.png` or `.jpg` source heeds.
+//! How a picture becomes strokes: the sections of `[drawing]` that a picture as source heeds.
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

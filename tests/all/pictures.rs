@@ -1,7 +1,8 @@
 //! Pictures become drawings: whatever the picture, a good result or one clear message, and the same at any thread count.
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
-use calamus::progress::Silent;
+use calamus::progress::{Progress, Silent};
 use calamus::report::OutputDir;
 use calamus::run::{Outcome, RunError, draw};
 use calamus::scenario::{Override, Sketch};
@@ -135,4 +136,41 @@ fn odd_pictures_are_drawn_or_refused_in_one_line() {
         let message = with(&cut).unwrap_err().to_string();
         assert!(message.contains("cut.png") && !message.contains('\n'), "{message}");
     }
+}
+
+/// Keeps what a user would be told.
+#[derive(Default)]
+struct Told(Mutex<Vec<String>>);
+
+impl Progress for Told {
+    fn stage(&self, _name: &str, _total: Option<u64>) {}
+    fn advance(&self, _done: u64) {}
+    fn note(&self, text: &str) {
+        self.0.lock().unwrap().push(text.into());
+    }
+}
+
+#[test]
+fn a_picture_is_what_it_contains_and_its_oddities_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/drawing/tests/data");
+    let moving = folder.path().join("a picture without an ending");
+    std::fs::copy(data.join("moving.gif"), &moving).unwrap();
+    let open_end = folder.path().join("a TIFF by its name.tif");
+    let jpeg = std::fs::read(data.join("adobe_rgb.jpg")).unwrap();
+    std::fs::write(&open_end, &jpeg[..jpeg.len() - 2]).unwrap();
+    let sets: Vec<Override> = quick("stipple").iter().map(|s| s.parse().unwrap()).collect();
+    for (file, note) in [(&moving, "its first frame is drawn"), (&open_end, "its end marker is missing")] {
+        let told = Told::default();
+        let sketch = Sketch::of_file(file, &sets).unwrap();
+        let outcome = draw(&sketch, &OutputDir::check(&folder.path().join("out")).unwrap(), &told).unwrap();
+        assert!(outcome.metrics.drawing.unwrap().strokes > 0);
+        let told = told.0.into_inner().unwrap();
+        let name = file.file_name().unwrap().to_str().unwrap();
+        assert!(told.iter().any(|t| t.contains(name) && t.contains(note)), "{told:?}");
+    }
+    let text = folder.path().join("notes.dat");
+    std::fs::write(&text, "no picture").unwrap();
+    let message = Sketch::of_file(&text, &sets).unwrap_err().to_string();
+    assert!(message.contains("a picture (.png, .jpg, .webp"), "{message}");
 }

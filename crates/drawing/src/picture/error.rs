@@ -26,29 +26,8 @@ pub enum PictureError {
     /// A PNG that can't be encoded.
     #[error("can't encode a PNG: {0}")]
     Encode(#[from] png::EncodingError),
-    /// A PNG that can't be decoded.
-    #[error("can't decode a PNG: {0}")]
-    Decode(#[from] png::DecodingError),
-    /// A PNG too large to read.
-    #[error("a PNG of {width} x {height} px is too large: each side may have up to {max_px} px")]
-    TooLarge {
-        /// Width, px.
-        width: u32,
-        /// Height, px.
-        height: u32,
-        /// Largest side, px.
-        max_px: u32,
-    },
-    /// A PNG of a kind that Calamus doesn't write.
-    #[error("a PNG of {color:?} in {depth:?} bits, but only 8-bit RGB is read here")]
-    Format {
-        /// Its colour type.
-        color: png::ColorType,
-        /// Its depth.
-        depth: png::BitDepth,
-    },
     /// A file that is no picture that can be read.
-    #[error("{}: {found}: a picture has to be a PNG or a JPEG: convert it first", file.display())]
+    #[error("{}: {found}: a picture has to be a PNG, JPEG, WebP, TIFF, GIF, BMP, QOI or HDR: convert it first", file.display())]
     NoPicture {
         /// The file.
         file: PathBuf,
@@ -65,13 +44,17 @@ pub enum PictureError {
         /// What the decoder found.
         reason: String,
     },
-    /// A whole JPEG of a kind that isn't read.
-    #[error("{}: a JPEG with {kind} isn't read: save it as a usual one (baseline or progressive, Huffman coding)", file.display())]
+    /// A whole file of a kind that isn't read.
+    #[error("{}: a {format} with {kind} isn't read: save it {instead}", file.display())]
     Foreign {
         /// The file.
         file: PathBuf,
+        /// Its format.
+        format: &'static str,
         /// What is unusual in it.
-        kind: &'static str,
+        kind: String,
+        /// How it would be read.
+        instead: &'static str,
     },
     /// A picture with too many pixels.
     #[error("{}: {width} x {height} px are too many: scale it to {max} megapixels or fewer", file.display())]
@@ -87,8 +70,8 @@ pub enum PictureError {
     },
     /// A picture that has to be decoded whole and then doesn't fit.
     #[error(
-        "{}: {width} x {height} px, progressive or interlaced, take more than 3 GiB to decode: \
-         save it without, or scale it down",
+        "{}: {width} x {height} px take more than 3 GiB to decode: scale it down, and save it neither progressive nor \
+         with 16 bits",
         file.display()
     )]
     Heavy {

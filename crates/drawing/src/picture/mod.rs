@@ -38,5 +38,5 @@ pub use palette::{PALETTE_MAX, Palette, PaletteMethod, PaperRule};
 pub use pens::{Dither, pens};
 pub use plane::Plane;
 pub use quality::{Likeness, PSNR_MAX_DB, likeness, psnr, ssim};
-pub use read::{Labels, ReadOptions, read, read_depth, read_labels};
+pub use read::{Labels, Noted, ReadOptions, is_picture, read, read_depth, read_labels};
 pub use separate::{ToneCurve, mixed, separation_image, side_by_side, single};

@@ -1,29 +1,35 @@
-//! Image files: PNG and JPEG, as pictures, as depth and as labels.
+//! Image files, as pictures, as depth and as labels.
 //!
-//! A picture is averaged down to a limit while it is decoded, so that a photograph of hundreds of megapixels costs little
-//! memory. Colours are taken as sRGB (or by a PNG's gamma); ICC profiles are not applied. The `png` and `zune-jpeg` crates are
-//! used rather than `image`, which hides rows, raw palette indices and CMYK, and shows half a JPEG as if it were whole.
-use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
+//! The `image` crate decodes PNG, WebP, TIFF, GIF, BMP, QOI and Radiance HDR. What it hides is asked of the decoders that it
+//! uses itself: strictness and inks of JPEGs, palette indices and colour chunks of PNGs, inks and pages of TIFFs. Colours go
+//! through the file's profile to sRGB. What is larger than wanted is averaged down row by row, in linear light.
 use std::path::Path;
 
-use png::ColorType;
-
 use crate::files;
-use crate::math::linear_from_srgb;
 use crate::picture::{Picture, PictureError, Plane};
 
+mod decode;
+mod fault;
+mod format;
+mod indices;
 mod jpeg;
 mod orientation;
-mod png_rows;
+mod outline;
+mod png_head;
+mod profile;
+mod raster;
 mod shrink;
+mod tiff;
 
-use png_rows::{PngRows, sample};
+use fault::Fault;
+use format::Format;
+use profile::Light;
 use shrink::Shrink;
 
 /// Most pixels of a file that is read.
 const MAX_PIXELS: usize = 400_000_000;
 
-/// Most bytes that decoding one file may hold at once, where it can't be done row by row.
+/// Most bytes that the pixels of one file may take.
 const MAX_BYTES: u64 = 3 << 30;
 
 /// How a picture is read.
@@ -39,6 +45,15 @@ impl Default for ReadOptions {
     }
 }
 
+/// What a file holds, and what its reader should tell of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noted<T> {
+    /// What it holds.
+    pub content: T,
+    /// What else a user should know: other frames, a profile that isn't used, an end that is missing.
+    pub notes: Vec<String>,
+}
+
 /// A number for each pixel, such as the segment it belongs to.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Labels {
@@ -50,73 +65,40 @@ pub struct Labels {
     pub ids: Vec<u16>,
 }
 
-/// Reads a picture: PNG of any kind, or JPEG in grey, RGB, YCbCr, CMYK or YCCK; turned upright as its Exif data say, and what
-/// is transparent lies on white.
+/// Reads a picture: PNG, JPEG, WebP, TIFF, GIF, BMP, QOI or Radiance HDR, told by its content; turned upright as its Exif data
+/// say, in the colours that its profile means, and what is transparent lies on white.
 ///
 /// # Errors
 /// [`PictureError::Io`]; [`PictureError::NoPicture`] when it is something else; [`PictureError::Damaged`] when it is broken or
-/// cut short: there is never half a picture; [`PictureError::Foreign`] for a kind of JPEG that isn't read; [`PictureError::Huge`] above 400 megapixels.
-pub fn read(file: &Path, options: &ReadOptions) -> Result<Picture, PictureError> {
-    open(file).and_then(|source| picture(source, options)).map_err(|fault| fault.of(file))
+/// cut short: there is never half a picture; [`PictureError::Foreign`] for a kind that isn't read; [`PictureError::Huge`]
+/// above 400 megapixels and [`PictureError::Heavy`] above 3 GiB, both before the memory is asked for.
+pub fn read(file: &Path, options: &ReadOptions) -> Result<Noted<Picture>, PictureError> {
+    open(file).and_then(|bytes| picture(bytes, options)).map_err(|fault| fault.of(file))
 }
 
-/// Reads a depth image, 0..=1: grey of 8 or 16 bits (or colour whose channels agree), white 1, without any gamma.
+/// Reads a depth image, 0..=1: grey of 8 or 16 bits (or colour whose channels agree), white 1, without any gamma or profile.
 ///
 /// # Errors
 /// Those of [`read`], and [`PictureError::NotGrey`].
-pub fn read_depth(file: &Path) -> Result<Plane, PictureError> {
+pub fn read_depth(file: &Path) -> Result<Noted<Plane>, PictureError> {
     open(file).and_then(depth).map_err(|fault| fault.of(file))
 }
 
 /// Reads labels: the grey values (1 to 16 bits) or palette indices of a PNG, as they are stored.
 ///
 /// # Errors
-/// Those of [`read`], and [`PictureError::NotLabels`] for a PNG in full colour and for a JPEG, whose values aren't exact.
+/// Those of [`read`], and [`PictureError::NotLabels`] for a PNG in full colour and for other formats.
 pub fn read_labels(file: &Path) -> Result<Labels, PictureError> {
-    open(file).and_then(labels).map_err(|fault| fault.of(file))
+    open(file).and_then(|bytes| indices::labels(&bytes)).map_err(|fault| fault.of(file))
 }
 
-/// What is wrong with a file that has no name yet.
-#[derive(Debug)]
-enum Fault {
-    Io(std::io::Error),
-    NoPicture(String),
-    Damaged { format: &'static str, reason: String },
-    Foreign { kind: &'static str },
-    Huge { width: usize, height: usize },
-    Heavy { width: usize, height: usize },
-    NotGrey,
-    NotLabels { found: String },
+/// Whether a file is a picture that [`read`] knows, by its first bytes.
+pub fn is_picture(file: &Path) -> bool {
+    files::read(file).is_ok_and(|bytes| Format::of(&bytes).is_ok())
 }
 
-impl Fault {
-    fn damaged(format: &'static str, reason: impl std::fmt::Display) -> Self {
-        Self::Damaged { format, reason: reason.to_string() }
-    }
-
-    fn of(self, file: &Path) -> PictureError {
-        let file = file.to_path_buf();
-        match self {
-            Self::Io(source) => PictureError::Io { file, source },
-            Self::NoPicture(found) => PictureError::NoPicture { file, found },
-            Self::Damaged { format, reason } => PictureError::Damaged { file, format, reason },
-            Self::Foreign { kind } => PictureError::Foreign { file, kind },
-            Self::Huge { width, height } => PictureError::Huge { file, width, height, max: MAX_PIXELS / 1_000_000 },
-            Self::Heavy { width, height } => PictureError::Heavy { file, width, height },
-            Self::NotGrey => PictureError::NotGrey { file },
-            Self::NotLabels { found } => PictureError::NotLabels { file, found },
-        }
-    }
-}
-
-impl From<std::io::Error> for Fault {
-    fn from(error: std::io::Error) -> Self {
-        Self::Io(error)
-    }
-}
-
-fn open(file: &Path) -> Result<Cursor<Vec<u8>>, Fault> {
-    Ok(Cursor::new(files::read(file)?))
+fn open(file: &Path) -> Result<Vec<u8>, Fault> {
+    Ok(files::read(file)?)
 }
 
 fn check_size(width: usize, height: usize) -> Result<(), Fault> {
@@ -129,150 +111,46 @@ fn check_size(width: usize, height: usize) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The two formats that are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    Png,
-    Jpeg,
+fn picture(bytes: Vec<u8>, options: &ReadOptions) -> Result<Noted<Picture>, Fault> {
+    let (mut light, raster) = Light::of(decode::decode(bytes)?);
+    let mut shrink = Shrink::new(raster.width, raster.height, options.max_pixels);
+    let mut line = vec![[0.0; 3]; raster.width];
+    for row in raster.rows() {
+        light.row(&raster, row, &mut line);
+        shrink.push(&line);
+    }
+    let (width, height, pixels) = shrink.finish();
+    let (width, height, pixels) = orientation::upright(raster.orientation, width, height, pixels);
+    let picture = Picture::from_pixels(width, height, pixels);
+    // A decoder that returns has filled its rows.
+    let content = picture.ok_or_else(|| Fault::NoPicture("rows are missing".into()))?;
+    Ok(Noted { content, notes: raster.notes })
 }
 
-/// Tells the format by the first bytes, and goes back to them.
-fn format(source: &mut (impl BufRead + Seek)) -> Result<Format, Fault> {
-    let mut head = Vec::new();
-    source.take(16).read_to_end(&mut head)?;
-    source.seek(SeekFrom::Start(0))?;
-    if head.starts_with(b"\x89PNG\r\n\x1a\n") {
-        return Ok(Format::Png);
-    }
-    if head.starts_with(b"\xff\xd8\xff") {
-        return Ok(Format::Jpeg);
-    }
-    let inner = head.get(4..).unwrap_or_default();
-    let found = match &head[..] {
-        [] => "the file is empty",
-        [b'G', b'I', b'F', b'8', ..] => "it is a GIF",
-        [b'B', b'M', ..] => "it is a BMP",
-        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => "it is a TIFF or a camera's raw file",
-        [b'%', b'P', b'D', b'F', ..] => "it is a PDF",
-        [b'<', ..] => "it is XML, perhaps an SVG, which is drawn as it is",
-        [b'R', b'I', b'F', b'F', ..] => "it is a WebP",
-        _ if inner.starts_with(b"ftypavif") => "it is an AVIF",
-        _ if inner.starts_with(b"ftyp") => "it is a HEIC or another of its family",
-        _ => "by its first bytes it is neither",
-    };
-    Err(Fault::NoPicture(found.into()))
-}
-
-/// A whole file in memory.
-fn bytes(mut source: impl BufRead + Seek) -> Result<Vec<u8>, Fault> {
-    let length = source.seek(SeekFrom::End(0))?;
-    source.seek(SeekFrom::Start(0))?;
-    if length > MAX_BYTES {
-        return Err(Fault::NoPicture(format!("it has {length} bytes, too many for a JPEG")));
-    }
-    let mut bytes = Vec::new();
-    source.read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
-fn picture(mut source: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, Fault> {
-    let (orientation, (width, height, pixels)) = match format(&mut source)? {
-        Format::Png => {
-            let rows = PngRows::open(source, true)?;
-            let mut shrink = Shrink::new(rows.width, rows.height, options.max_pixels);
-            let (light, color, bits, orientation) = (rows.light(), rows.color, rows.bits, rows.orientation);
-            let mut line = vec![[0.0; 3]; rows.width];
-            rows.for_each(|row| {
-                colors(row, color, bits, &light, &mut line);
-                shrink.push(&line);
-            })?;
-            (orientation, shrink.finish())
-        }
-        Format::Jpeg => {
-            let jpeg = jpeg::decode(bytes(source)?)?;
-            let mut shrink = Shrink::new(jpeg.width, jpeg.height, options.max_pixels);
-            let light: Vec<f32> = (0..=255).map(|v| linear_from_srgb(v) as f32).collect();
-            let mut line = vec![[0.0; 3]; jpeg.width];
-            let color = if jpeg.grey { ColorType::Grayscale } else { ColorType::Rgb };
-            for row in jpeg.bytes.chunks_exact(jpeg.bytes.len() / jpeg.height) {
-                colors(row, color, 8, &light, &mut line);
-                shrink.push(&line);
+fn depth(bytes: Vec<u8>) -> Result<Noted<Plane>, Fault> {
+    let raster = decode::decode(bytes)?.without_inks();
+    let mut shrink = Shrink::new(raster.width, raster.height, ReadOptions::default().max_pixels);
+    let (samples, colors) = (raster.samples(), raster.model.samples());
+    let mut line = vec![0.0; raster.width];
+    for row in raster.rows() {
+        for (x, value) in line.iter_mut().enumerate() {
+            let at = |k: usize| raster.value(row, samples * x + k);
+            if (1..colors).any(|k| at(k) != at(0)) {
+                return Err(Fault::NotGrey);
             }
-            (jpeg.orientation, shrink.finish())
+            *value = at(0).min(1.0);
         }
-    };
-    let (width, height, pixels) = orientation::upright(orientation, width, height, pixels);
-    Picture::from_pixels(width, height, pixels).ok_or_else(|| Fault::damaged("picture", "rows are missing"))
-}
-
-/// Linear light of a row of samples, over white where it is transparent.
-fn colors(row: &[u8], color: ColorType, bits: u8, light: &[f32], line: &mut [[f32; 3]]) {
-    let channels = color.samples();
-    let opaque = if bits == 16 { 65_535.0 } else { 255.0 };
-    for (i, pixel) in line.iter_mut().enumerate() {
-        let at = |k: usize| light[usize::from(sample(row, channels * i + k, bits))];
-        *pixel = if channels < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] };
-        if channels.is_multiple_of(2) {
-            let alpha = f32::from(sample(row, channels * i + channels - 1, bits)) / opaque;
-            *pixel = pixel.map(|v| v * alpha + (1.0 - alpha));
-        }
+        shrink.push(&line);
     }
-}
-
-fn depth(mut source: impl BufRead + Seek) -> Result<Plane, Fault> {
-    let max_pixels = ReadOptions::default().max_pixels;
-    let mut grey = true;
-    let mut fill = |row: &[u8], channels: usize, bits: u8, line: &mut [f32]| {
-        let last = if bits == 16 { 65_535.0 } else { 255.0 };
-        for (i, value) in line.iter_mut().enumerate() {
-            let at = |k: usize| sample(row, channels * i + k, bits);
-            grey &= channels < 3 || (at(0) == at(1) && at(1) == at(2));
-            *value = f32::from(at(0)) / last;
-        }
-    };
-    let (orientation, (width, height, values)) = match format(&mut source)? {
-        Format::Png => {
-            let rows = PngRows::open(source, true)?;
-            let mut shrink = Shrink::new(rows.width, rows.height, max_pixels);
-            let (channels, bits, orientation) = (rows.color.samples(), rows.bits, rows.orientation);
-            let mut line = vec![0.0; rows.width];
-            rows.for_each(|row| {
-                fill(row, channels, bits, &mut line);
-                shrink.push(&line);
-            })?;
-            (orientation, shrink.finish())
-        }
-        Format::Jpeg => {
-            let jpeg = jpeg::decode(bytes(source)?)?;
-            let mut shrink = Shrink::new(jpeg.width, jpeg.height, max_pixels);
-            let mut line = vec![0.0; jpeg.width];
-            for row in jpeg.bytes.chunks_exact(jpeg.bytes.len() / jpeg.height) {
-                fill(row, if jpeg.grey { 1 } else { 3 }, 8, &mut line);
-                shrink.push(&line);
-            }
-            (jpeg.orientation, shrink.finish())
-        }
-    };
-    if !grey {
-        return Err(Fault::NotGrey);
-    }
-    let (width, height, values) = orientation::upright(orientation, width, height, values);
-    Plane::from_values(width, height, values).ok_or_else(|| Fault::damaged("picture", "rows are missing"))
-}
-
-fn labels(mut source: impl BufRead + Seek) -> Result<Labels, Fault> {
-    if format(&mut source)? == Format::Jpeg {
-        return Err(Fault::NotLabels { found: "a JPEG, whose values aren't exact".into() });
-    }
-    let rows = PngRows::open(source, false)?;
-    if !matches!(rows.color, ColorType::Grayscale | ColorType::Indexed) {
-        return Err(Fault::NotLabels { found: format!("{:?} colour", rows.color) });
-    }
-    let (width, height, bits) = (rows.width, rows.height, rows.bits);
-    let mut ids = Vec::with_capacity(width * height);
-    rows.for_each(|row| ids.extend((0..width).map(|i| sample(row, i, bits))))?;
-    Ok(Labels { width, height, ids })
+    let (width, height, values) = shrink.finish();
+    let (width, height, values) = orientation::upright(raster.orientation, width, height, values);
+    let plane = Plane::from_values(width, height, values);
+    let content = plane.ok_or_else(|| Fault::NoPicture("rows are missing".into()))?;
+    Ok(Noted { content, notes: raster.notes })
 }
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod format_tests;
