@@ -210,6 +210,8 @@ impl LineMetrics {
             error_mean_mm: Some(fit.error_mean * 1e3),
             error_p95_mm: Some(fit.error_p95 * 1e3),
             error_max_mm: Some(fit.error_max * 1e3),
+            stroke_error_max_mm: fit.stroke_error_max.map(|m| m * 1e3),
+            tip_error_max_mm: None,
             coverage: Some(fit.coverage),
             excess: Some(fit.excess),
             width_mean_mm: (length > 0.0).then(|| area / length * 1e3),

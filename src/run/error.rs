@@ -1,4 +1,6 @@
 //! Why a run couldn't be done.
+use std::error::Error;
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -190,8 +192,35 @@ pub enum RunError {
     Json(#[from] serde_json::Error),
 }
 
+impl RunError {
+    /// Whether a file or the disk was to blame: another time it may be there.
+    pub fn is_of_files(&self) -> bool {
+        if let Self::Shared(shared) = self {
+            return shared.is_of_files();
+        }
+        let chain = std::iter::successors(Some(self as &dyn Error), |&e| e.source());
+        // what a file holds stays wrong as long as it is the same file
+        let of_content = |e: &io::Error| matches!(e.kind(), io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof);
+        chain.filter_map(|e| e.downcast_ref::<io::Error>()).any(|e| !of_content(e))
+    }
+}
+
 impl From<CoverageError> for RunError {
     fn from(error: CoverageError) -> Self {
         Self::Coverage(Box::new(error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_file_is_told_from_a_wrong_one() {
+        let of = |kind: io::ErrorKind| RunError::Input(InputError::File { file: "x".into(), source: kind.into() });
+        assert!(of(io::ErrorKind::NotFound).is_of_files());
+        assert!(RunError::Shared(Arc::new(of(io::ErrorKind::PermissionDenied))).is_of_files());
+        assert!(!of(io::ErrorKind::InvalidData).is_of_files());
+        assert!(!RunError::WhileDrawing.is_of_files());
     }
 }

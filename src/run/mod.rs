@@ -1,6 +1,7 @@
 //! One scenario, from start to end: scenario in, products out.
 
 mod belief;
+mod cause;
 mod driving;
 mod error;
 mod evaluate;
@@ -15,6 +16,7 @@ mod scene_builder;
 mod setup;
 mod team;
 mod tool_figures;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -28,8 +30,10 @@ use crate::report::OutputDir;
 use crate::scenario::{Scenario, Sketch};
 
 pub use belief::Cache;
+pub use cause::Cause;
 pub use error::RunError;
 pub use evaluate::{evaluate, evaluate_cover};
+pub use verdict::{Shortcoming, Verdict};
 
 use belief::{believe, prepare};
 use perform::perform;
@@ -54,6 +58,19 @@ pub enum Until {
     End,
 }
 
+impl Until {
+    /// The command that goes so far.
+    fn command(self) -> &'static str {
+        match self {
+            Self::Drawing => "draw",
+            Self::Cover => "cover",
+            Self::Mapping => "map",
+            Self::Plan => "plan",
+            Self::End => "run",
+        }
+    }
+}
+
 /// How a run is done, beside what its scenario says.
 #[derive(Default)]
 pub struct Manner<'a> {
@@ -76,6 +93,8 @@ pub struct Outcome {
     pub files: Vec<PathBuf>,
     /// Why the robot stopped before all was drawn; what it had drawn is there.
     pub stopped: Option<String>,
+    /// Why what came of a run that went to its end is no drawing, whatever its scenario's bounds; `None` where it is one.
+    pub verdict: Option<Verdict>,
     /// Whether it was interrupted; it can go on.
     pub interrupted: bool,
 }
@@ -96,12 +115,14 @@ pub fn run(
     let sheet = products::Sheet::new(&prepared)?;
     if until == Until::Drawing {
         let metrics = sheet.metrics(scenario, &prepared)?;
+        let out = &out.begin(until.command())?;
         written.scenario(&toml, out)?;
         sheet.write(&prepared, out, &mut written)?;
         return finish(metrics, written, out);
     }
     if until == Until::Cover {
         let metrics = prepared.cover_metrics(scenario)?;
+        let out = &out.begin(until.command())?;
         written.scenario(&toml, out)?;
         if let Some(driving) = &prepared.driving {
             products::write_places(&scenario.name, &driving.found, out, &mut written)?;
@@ -114,6 +135,7 @@ pub fn run(
     if until < Until::End {
         let believed = believe(scenario, prepared, &setup, until, None, progress)?;
         let made = products::Products { scenario, setup: &setup, believed: &believed, sheet: &sheet, toml: &toml };
+        let out = &out.begin(until.command())?;
         let metrics = made.write_unfinished(until, out, &mut written)?;
         return finish(metrics, written, out);
     }
@@ -123,16 +145,33 @@ pub fn run(
         journal.abandon()?;
         Err(error)
     })?;
+    // from here on the folder is this run's, also if it is killed
+    let out = &out.begin(until.command())?;
     let silent = StopFlag::default();
     let stop = manner.stop.unwrap_or(&silent);
     let performance = perform(scenario, &setup, &believed, Some(&journal), stop, progress)?;
     let (stopped, interrupted) = (performance.stopped.clone(), performance.interrupted);
+    let whole = stopped.is_none() && !interrupted;
+    let verdict = if whole { judge(scenario, &setup, &performance.metrics, manner.only.is_some()) } else { None };
     let made = products::Products { scenario, setup: &setup, believed: &believed, sheet: &sheet, toml: &toml };
     let metrics = made.write(performance, out, &mut written, progress)?;
     if !interrupted {
         journal.remove()?;
     }
-    Ok(Outcome { stopped, interrupted, ..finish(metrics, written, out)? })
+    Ok(Outcome { stopped, verdict, interrupted, ..finish(metrics, written, out)? })
+}
+
+/// What is beyond all reason in a run's figures, and the likely cause; of a `part` of the drawing, or of all.
+fn judge(scenario: &Scenario, setup: &Setup, metrics: &Metrics, part: bool) -> Option<Verdict> {
+    let takes = setup.pens.iter().map(|p| p.pen.force_max).fold(0.0, f64::max);
+    let shortcomings = verdict::shortcomings(scenario, metrics, takes, part);
+    if shortcomings.is_empty() {
+        return None;
+    }
+    let blank = metrics.line.as_ref().is_some_and(|l| l.inked_length_m == Some(0.0));
+    let peak = matches!(&shortcomings[..], [only] if only.path == verdict::PEAK_FORCE);
+    let cause = Cause::of(scenario, setup, metrics, takes, peak);
+    Some(Verdict { shortcomings, cause, blank })
 }
 
 /// The journal of a run: where an interrupted one goes on, or a new one.
@@ -170,6 +209,7 @@ pub fn draw(sketch: &Sketch, out: &OutputDir, progress: &dyn Progress) -> Result
     let sheet = products::Sheet::with_side(&prepared, sketch.render.drawing_px)?;
     metrics.image = Some(sheet.likeness(None)?);
     let mut written = Written::default();
+    let out = &out.begin(Until::Drawing.command())?;
     sheet.write(&prepared, out, &mut written)?;
     finish(metrics, written, out)
 }
@@ -177,7 +217,7 @@ pub fn draw(sketch: &Sketch, out: &OutputDir, progress: &dyn Progress) -> Result
 fn finish(metrics: Metrics, mut written: Written, out: &OutputDir) -> Result<Outcome, RunError> {
     let json = crate::report::metrics_json(&metrics)?;
     written.other(out.write("metrics.json", json.as_bytes())?, "Figures");
-    Ok(Outcome { metrics, files: written.files, stopped: None, interrupted: false })
+    Ok(Outcome { metrics, files: written.files, stopped: None, verdict: None, interrupted: false })
 }
 
 fn name_of(file: &Path) -> String {
