@@ -46,6 +46,9 @@ pub struct Row {
     /// Why it failed.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
+    /// It failed for a file that wasn't there or couldn't be written, and is tried again by `--resume`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub again: bool,
     /// Digest of the final state and of the drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
@@ -85,7 +88,7 @@ impl Row {
             }
             Err(error) => {
                 let reason = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-                Row { status: Status::Failed, reason, ..row }
+                Row { status: Status::Failed, reason, again: error.is_of_files(), ..row }
             }
         }
     }
