@@ -129,7 +129,7 @@ pub struct DrawingSpec {
 }
 
 /// Fills in, checks and finds what `[drawing]` names.
-pub(super) fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) -> Result<DrawingSpec, ScenarioError> {
+pub(super) fn resolve_drawing(typed: DrawingFile, check: &Check) -> Result<DrawingSpec, ScenarioError> {
     if let Some([min, max]) = typed.stylus_width_mm {
         check.within("drawing.stylus_width_mm", max, min, 100.0)?;
     }
@@ -147,7 +147,7 @@ pub(super) fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) 
         simplify_mm: typed.simplify_mm,
         ink_order: typed.ink_order,
         disorder: typed.disorder,
-        artwork: resolve_artwork(typed, folder, check)?,
+        artwork: resolve_artwork(typed, check)?,
     })
 }
 
@@ -166,8 +166,8 @@ fn kind_of(source: &str) -> Option<Kind> {
     }
 }
 
-fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<Artwork, ScenarioError> {
-    let find = |source: &str| existing(&folder.join(source)).map_err(|e| check.sentence("drawing.source", e));
+fn resolve_artwork(typed: DrawingFile, check: &Check) -> Result<Artwork, ScenarioError> {
+    let find = |source: &str| check.file("drawing.source", |folder| existing(&folder.join(source)));
     let for_pictures = picture_section(&typed);
     match (typed.source.as_deref().map(|s| (s, kind_of(s))), &typed.pattern) {
         (Some(_), Some(_)) => {
@@ -184,7 +184,7 @@ fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<A
             let file = find(source)?;
             let color = typed.color.clone().unwrap_or_default();
             check_color(&color, check)?;
-            Ok(Artwork::Picture(PictureSpec { file, color, generator: resolve_generator(typed, folder, check)? }))
+            Ok(Artwork::Picture(PictureSpec { file, color, generator: resolve_generator(typed, check)? }))
         }
         (vector, pattern) => {
             if let Some(key) = for_pictures {
@@ -218,7 +218,7 @@ fn picture_section(typed: &DrawingFile) -> Option<&'static str> {
     first.or(typed.color.is_some().then_some("drawing.color")).or(typed.style.is_some().then_some("drawing.style"))
 }
 
-fn resolve_generator(typed: DrawingFile, folder: &Path, check: &Check) -> Result<Generator, ScenarioError> {
+fn resolve_generator(typed: DrawingFile, check: &Check) -> Result<Generator, ScenarioError> {
     let style = match (typed.style, &sections(&typed)[..]) {
         (Some(style), _) => style,
         (None, []) => Style::default(),
@@ -234,7 +234,7 @@ fn resolve_generator(typed: DrawingFile, folder: &Path, check: &Check) -> Result
         Style::Painterly => Generator::Painterly(typed.painterly.unwrap_or_default()),
         Style::LayeredDepth => {
             let mut layered = typed.layered_depth.unwrap_or_default();
-            resolve_semantics(&mut layered, folder, check)?;
+            resolve_semantics(&mut layered, check)?;
             Generator::LayeredDepth(layered)
         }
         Style::Hatching => Generator::Hatching(typed.hatching.unwrap_or_default()),
@@ -242,7 +242,7 @@ fn resolve_generator(typed: DrawingFile, folder: &Path, check: &Check) -> Result
     })
 }
 
-fn resolve_semantics(layered: &mut LayeredDepthSettings, folder: &Path, check: &Check) -> Result<(), ScenarioError> {
+fn resolve_semantics(layered: &mut LayeredDepthSettings, check: &Check) -> Result<(), ScenarioError> {
     let files = [
         ("drawing.layered_depth.labels", &mut layered.labels),
         ("drawing.layered_depth.segments", &mut layered.segments),
@@ -252,7 +252,7 @@ fn resolve_semantics(layered: &mut LayeredDepthSettings, folder: &Path, check: &
     ];
     for (key, file) in files {
         if let Some(typed) = file {
-            *typed = existing(&folder.join(&*typed)).map_err(|e| check.sentence(key, e))?;
+            *typed = check.file(key, |folder| existing(&folder.join(&*typed)))?;
         }
     }
     if layered.labels.is_some() && layered.segment_model.is_some() {
