@@ -4,9 +4,15 @@ SCENARIO ?= scenarios/first_light.toml
 
 .PHONY: draw test lint fmt guide bench experiments clean driver
 
+BINARY = $(or $(CARGO_TARGET_DIR),target)/release/calamus
+
 draw: driver
-	$(CARGO) run --release --quiet -- run $(SCENARIO)
+	@echo "building; the first time takes some minutes"
+	$(CARGO) build --release --bin calamus
+	$(BINARY) run $(SCENARIO)
 	@echo "the picture is out/$(basename $(notdir $(SCENARIO)))/drawing.png, the report out/$(basename $(notdir $(SCENARIO)))/report.html"
+	@echo "the program is $(abspath $(BINARY)); next:"
+	@echo "    $(BINARY) run letter"
 
 test: driver
 	$(CARGO) test --quiet --workspace --features onnx --lib --bins --tests
@@ -31,7 +37,7 @@ bench:
 experiments: driver
 	@set -e; found=no; for f in scenarios/experiments/*.toml; do \
 		[ -e "$$f" ] || continue; found=yes; \
-		$(CARGO) run --release --quiet -- experiment "$$f" --out "out/experiments/$$(basename "$$f" .toml)"; \
+		$(CARGO) run --release -- experiment "$$f" --out "out/experiments/$$(basename "$$f" .toml)"; \
 	done; [ $$found = yes ] || echo "there are no experiments in scenarios/experiments/ yet"
 
 clean:

@@ -26,5 +26,6 @@ pub mod render;
 pub mod report;
 pub mod run;
 pub mod scenario;
+pub mod verdict;
 
 pub mod cli;

@@ -7,7 +7,7 @@ use crate::art::{self, Plate};
 use crate::drawing::pattern::{Figure, Pattern};
 use crate::drawing::tidy::{TidyOptions, tidy};
 use crate::drawing::{self, Drawing, Size, StylusOptions, SvgOptions, stylus};
-use crate::math::Rgb;
+use crate::math::{Rgb, plain};
 use crate::picture::Picture;
 use crate::progress::Progress;
 use crate::scenario::{self, Artwork, DrawingSpec, InkOrder, Sketch};
@@ -71,7 +71,11 @@ fn read(file: &Path, sketch: &Sketch, progress: &dyn Progress) -> Result<Drawing
     let svg = SvgOptions { size, fill, tolerance: FLATTENING, ..Default::default() };
     let recorded = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("jsonl"));
     let stylus = if recorded { stylus_options(sketch, progress)? } else { StylusOptions::default() };
-    let loaded = drawing::load(file, &svg, &stylus)?;
+    let mut loaded = drawing::load(file, &svg, &stylus)?;
+    for layer in &mut loaded.drawing.layers {
+        // names go onto terminals, into tables and into files of other kinds
+        layer.name = plain(&layer.name).into_owned();
+    }
     for warning in &loaded.warnings {
         progress.note(&format!("{}: {warning}", file.display()));
     }

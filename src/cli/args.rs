@@ -31,7 +31,7 @@ pub(super) enum Command {
     Run {
         #[command(flatten)]
         job: Job,
-        /// Draw what can be reached when not everything can.
+        /// Draw what can be reached when not everything can, and be content with what comes of it.
         #[arg(long)]
         partial: bool,
         /// Draw a part alone: inks=RED,BLUE, strokes=10-20, or rect=LEFT,BOTTOM,RIGHT,TOP in mm from the sheet's middle.
@@ -116,7 +116,7 @@ pub(super) struct Job {
     /// Folder for the files; out/NAME of the scenario when absent.
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Change a value of the scenario, as control.speed_mm_s=30. May be given many times.
+    /// Change a value of the scenario, as control.speed_mm_s=30. May be given many times. A path is looked up in the scenario's folder, then here.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<Override>,
 }

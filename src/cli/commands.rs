@@ -16,6 +16,7 @@ use crate::run::{self, Manner, Outcome, RunError, Until};
 use crate::scenario::{AssetKind, Assets, Override, Scenario, ScenarioError, ScenarioFile, Sketch};
 
 use super::Ending;
+use super::again;
 use super::args::{Args, Command, Job, Listed};
 use super::cover;
 use super::experiments;
@@ -86,6 +87,7 @@ pub(super) fn run(args: &Args) -> Result<Ending, CommandError> {
 /// Ctrl-C: the first lets the arms stop where their pens are next off the canvas, the second ends the program at once.
 fn interrupted(stop: &StopFlag) {
     if stop.is_raised() {
+        print::error(&format!("ended at once; go on with: {}", again::command()));
         std::process::exit(Ending::INTERRUPTED);
     }
     stop.raise();
@@ -109,7 +111,7 @@ fn stages(args: &Args, job: &Job, partial: bool, until: Until, manner: &Manner) 
     drop(progress);
     tell(args, &outcome)?;
     if outcome.interrupted {
-        print::error("interrupted: what was drawn is kept; go on with --resume");
+        print::error(&format!("interrupted: what was drawn is kept; go on with: {}", again::command()));
         return Ok(Ending::Interrupted);
     }
     let unmet =
@@ -121,7 +123,18 @@ fn stages(args: &Args, job: &Job, partial: bool, until: Until, manner: &Manner) 
         print::error(&format!("stopped: {why}"));
         return Ok(Ending::Unmet);
     }
-    Ok(if unmet.is_empty() { Ending::Done } else { Ending::Unmet })
+    let mut failed = !unmet.is_empty();
+    if let Some(verdict) = &outcome.verdict {
+        // what is asked for in part may come in part; nothing is no part
+        let excused = scenario.plan.partial && !verdict.is_of_nothing();
+        failed |= !excused;
+        if excused {
+            print::line(&format!("note: {verdict}"));
+        } else {
+            print::error(&verdict.to_string());
+        }
+    }
+    Ok(if failed { Ending::Unmet } else { Ending::Done })
 }
 
 /// `draw`: the drawing alone, of a scenario or of a drawing file.

@@ -8,6 +8,7 @@ use crate::run::Cache;
 use crate::scenario::AssetKind;
 
 use super::Ending;
+use super::again;
 use super::args::Args;
 use super::commands::{CommandError, asset_file};
 use super::print::{self, Printer};
@@ -26,6 +27,11 @@ pub(super) fn experiment(args: &Args, task: &Task, resume: bool) -> Result<Endin
     let (file, experiment) = read(task)?;
     let default = || Path::new("out/experiments").join(file.file_stem().unwrap_or(OsStr::new("experiment")));
     let out = OutputDir::check(&task.out.map_or_else(default, Path::to_path_buf))?;
+    // each trial that ended is on the disk: nothing waits to be saved
+    ctrlc::set_handler(|| {
+        print::error(&format!("interrupted: the trials that ended are kept; go on with: {}", again::command()));
+        std::process::exit(Ending::INTERRUPTED);
+    })?;
     let progress = listener(args.quiet, args.verbose);
     let results = experiment::conduct(&experiment, task.shard, resume, &out, progress.as_ref())?;
     drop(progress);
@@ -71,7 +77,11 @@ fn read(task: &Task) -> Result<(PathBuf, Experiment), CommandError> {
 
 /// The summary on standard output, missed bounds on standard error.
 fn tell(args: &Args, experiment: &Experiment, results: &Results, out: &OutputDir) -> Result<Ending, CommandError> {
-    let Some(summary) = &results.summary else { return Ok(Ending::Done) };
+    if let Some(reason) = &results.hopeless {
+        print::error(&format!("all {} trials failed; the first: {reason}", results.done));
+    }
+    let ending = |accepted: bool| if accepted && results.hopeless.is_none() { Ending::Done } else { Ending::Unmet };
+    let Some(summary) = &results.summary else { return Ok(ending(true)) };
     if !args.quiet {
         let page = out.path().join("report.html");
         Printer::new().text(&format!("{}report {}\n", summary_text(experiment, summary), page.display()))?;
@@ -79,5 +89,5 @@ fn tell(args: &Args, experiment: &Experiment, results: &Results, out: &OutputDir
     for missed in summary.accept.iter().filter(|v| !v.met) {
         print::error(&missed.to_string());
     }
-    Ok(if summary.is_accepted() { Ending::Done } else { Ending::Unmet })
+    Ok(ending(summary.is_accepted()))
 }

@@ -1,5 +1,6 @@
 //! The command line: argv to calls. The only module that prints.
 
+mod again;
 mod args;
 mod commands;
 mod cover;
@@ -11,6 +12,7 @@ mod reach;
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::ErrorKind;
 
 use args::Args;
 use print::Printer;
@@ -48,6 +50,11 @@ impl From<Ending> for ExitCode {
 pub fn main() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
+        Err(e) if e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            // nothing was asked for: no mistake, and nothing done
+            print::line(e.to_string().trim_end());
+            return Ending::Refused.into();
+        }
         Err(e) if e.use_stderr() => {
             print::error(&usage(&e.to_string()));
             return Ending::Refused.into();

@@ -1,6 +1,8 @@
 //! Text to the terminal.
 use std::io::{self, IsTerminal, Write};
 
+use crate::math::{plain, sensible};
+
 /// Prints to standard output. A reader that has gone (`calamus ... | head`) is no error.
 pub(super) struct Printer {
     out: io::StdoutLock<'static>,
@@ -11,18 +13,18 @@ impl Printer {
         Self { out: io::stdout().lock() }
     }
 
-    /// Prints text as it is.
+    /// Prints text, without what would move a terminal's cursor.
     pub fn text(&mut self, text: &str) -> io::Result<()> {
-        match self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()) {
+        match self.out.write_all(plain(text).as_bytes()).and_then(|()| self.out.flush()) {
             Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
             other => other,
         }
     }
 }
 
-/// Prints a line to standard error; a reader that has gone is no error.
+/// Prints a line to standard error, plain and with sensible digits; a reader that has gone is no error.
 pub(super) fn line(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", sensible(&plain(text)));
 }
 
 /// Prints `error: ` and the message, on one line whatever the message holds.

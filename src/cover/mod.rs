@@ -183,6 +183,7 @@ pub fn cover(scenario: &Scenario, out: &OutputDir, progress: &dyn Progress) -> R
     if let Some((name, map)) = to_keep {
         cache.write(&name, &crate::reach::npy_of(&map))?;
     }
+    let out = &out.begin("cover")?;
     let mut files = write(&scenario.name, &found, out)?;
     files.push(out.write("metrics.json", metrics_json(&metrics)?.as_bytes())?);
     let seconds = started.elapsed().as_secs_f64();

@@ -6,6 +6,7 @@ use serde::{Deserialize as _, Serialize};
 use serde_json::Value;
 
 use crate::diagnostic;
+use crate::scenario::told_apart;
 
 use super::axis::{Axis, words};
 use super::estimate::Estimate;
@@ -62,7 +63,7 @@ impl fmt::Display for Verdict {
         }
         write!(f, ", {statistic}: ")?;
         match self.value {
-            Some(value) => write!(f, "{value:.6}")?,
+            Some(value) => write!(f, "{}", told_apart(value, self.limit))?,
             None => write!(f, "not measured")?,
         }
         write!(f, ", should be {side} {}", self.limit)?;

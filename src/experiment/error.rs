@@ -60,6 +60,26 @@ pub enum ExperimentError {
         /// The journal.
         file: PathBuf,
     },
+    /// A journal has more trials than are asked for.
+    #[error("{} holds {was} trials of each case and point of the grid, and {now} are asked for: `--resume` goes on with as many or more", file.display())]
+    FewerTrials {
+        /// The journal.
+        file: PathBuf,
+        /// Trials of each in the journal.
+        was: u64,
+        /// Trials of each that are asked for.
+        now: u64,
+    },
+    /// More trials are asked of a share, and would lie in other shares.
+    #[error("{} is one share of {was} trials of each case and point of the grid: {now} can be asked for where all trials are in one folder, as `calamus merge` makes it", file.display())]
+    ShareGrows {
+        /// The journal.
+        file: PathBuf,
+        /// Trials of each in the journal.
+        was: u64,
+        /// Trials of each that are asked for.
+        now: u64,
+    },
     /// Shards don't belong together.
     #[error("{} and {} are of different experiments", first.display(), other.display())]
     Different {

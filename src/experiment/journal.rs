@@ -117,8 +117,14 @@ impl Journal {
         let mut rows = Vec::new();
         match read(&path)? {
             Some(kept) if resume => {
+                let kept = settled(kept, out, experiment, &path)?;
                 // the experiment may have moved: its file's place is no part of it
+                let kept_trials = kept.header.trials;
                 let same = Header { file: header.file.clone(), text: header.text.clone(), ..kept.header } == header;
+                if !same && kept_trials > experiment.trials {
+                    let (was, now) = (kept_trials, experiment.trials);
+                    return Err(ExperimentError::FewerTrials { file: path, was, now });
+                }
                 if !same {
                     return Err(ExperimentError::Changed { file: path });
                 }
@@ -150,6 +156,29 @@ impl Journal {
     }
 }
 
+/// What is gone on from: without the trials that failed for want of a file, and with the numbers that trials have where there are now
+/// more of each than there were.
+fn settled(kept: Kept, out: &OutputDir, experiment: &Experiment, path: &Path) -> Result<Kept, ExperimentError> {
+    let (was, now) = (kept.header.trials, experiment.trials);
+    let grows = was < now && kept.header.hash == experiment.hash_of(was)?;
+    if !grows && !kept.rows.iter().any(|r| r.again) {
+        return Ok(kept);
+    }
+    let Kept { mut header, mut rows, .. } = kept;
+    rows.retain(|r| !r.again);
+    if grows {
+        if header.shard != Shard::ALL {
+            return Err(ExperimentError::ShareGrows { file: path.to_path_buf(), was, now });
+        }
+        // by case and point of the grid, then by repeat
+        rows.iter_mut().for_each(|r| r.trial = r.trial / was * now + r.trial % was);
+        header = Header { file: header.file, text: header.text, ..Header::new(experiment, header.shard) };
+    }
+    let bytes = bytes_of(&header, &rows)?;
+    out.write(NAME, &bytes)?;
+    Ok(Kept { header, rows, whole: bytes.len() as u64 })
+}
+
 /// Writes a whole journal in the order of trials.
 pub(super) fn write(
     out: &OutputDir,
@@ -157,11 +186,15 @@ pub(super) fn write(
     shard: Shard,
     rows: &[Row],
 ) -> Result<PathBuf, ExperimentError> {
-    let mut bytes = line(&Header::new(experiment, shard))?;
+    Ok(out.write(NAME, &bytes_of(&Header::new(experiment, shard), rows)?)?)
+}
+
+fn bytes_of(header: &Header, rows: &[Row]) -> Result<Vec<u8>, serde_json::Error> {
+    let mut bytes = line(header)?;
     for row in rows {
         bytes.extend(line(row)?);
     }
-    Ok(out.write(NAME, &bytes)?)
+    Ok(bytes)
 }
 
 /// A value as one line of JSON.

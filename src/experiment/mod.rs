@@ -48,6 +48,9 @@ pub use value::{Distribution, Template};
 use journal::Journal;
 use page::Shown;
 
+/// Whose files the results are.
+const EXPERIMENT: &str = "experiment";
+
 /// What an experiment left.
 #[derive(Clone, Debug)]
 pub struct Results {
@@ -55,6 +58,8 @@ pub struct Results {
     pub summary: Option<Summary>,
     /// Trials done, in this run and before.
     pub done: usize,
+    /// Why the first trial failed, where all of them did.
+    pub hopeless: Option<String>,
     /// The files written.
     pub files: Vec<PathBuf>,
 }
@@ -74,13 +79,17 @@ pub fn conduct(
     if resume && !rows.is_empty() {
         progress.note(&format!("{} trials are done, {} to go", rows.len(), indices.len()));
     }
+    if rows.is_empty() {
+        // results of trials that are no more
+        out.renewed(EXPERIMENT)?;
+    }
     if !indices.is_empty() {
         rows.extend(trials::try_all(experiment, &indices, journal, progress)?);
     }
     rows.sort_by_key(|r| r.trial);
     if shard != Shard::ALL {
         let file = journal::write(out, experiment, shard, &rows)?;
-        return Ok(Results { summary: None, done: rows.len(), files: vec![file] });
+        return Ok(Results { summary: None, done: rows.len(), hopeless: hopeless(&rows), files: vec![file] });
     }
     results(experiment, &rows, out, progress)
 }
@@ -94,6 +103,8 @@ pub fn results(
 ) -> Result<Results, ExperimentError> {
     progress.stage("results", None);
     let mut files = vec![journal::write(out, experiment, Shard::ALL, rows)?];
+    // all but the journal is made anew
+    let out = &out.renewed(EXPERIMENT)?;
     let summary = Summary::of(experiment, rows);
     files.push(out.write("results.csv", &table::results_csv(rows)?)?);
     files.push(out.write("results.parquet", &table::results_parquet(rows)?)?);
@@ -121,7 +132,12 @@ pub fn results(
     ];
     let html = page::page(experiment, &summary, rows, &plots, &shown, &described);
     files.push(out.write("report.html", html.as_bytes())?);
-    Ok(Results { summary: Some(summary), done: rows.len(), files })
+    Ok(Results { summary: Some(summary), done: rows.len(), hopeless: hopeless(rows), files })
+}
+
+/// Why the first trial failed, where none came to figures.
+fn hopeless(rows: &[Row]) -> Option<String> {
+    rows.first().filter(|_| !rows.iter().any(Row::is_ok)).map(|r| r.reason.clone())
 }
 
 fn plot_name(kind: PlotKind) -> &'static str {
@@ -177,6 +193,7 @@ fn show_worst(
     let mut shown = Vec::new();
     for (i, (row, why)) in chosen.into_iter().enumerate() {
         let folder = format!("worst/trial-{}", row.trial);
+        out.own(&folder)?;
         let outcome = replay(experiment, row.trial, &OutputDir::check(&out.path().join(&folder))?, &Silent)?;
         let names = outcome.files.iter().filter_map(|f| f.file_name()).map(|n| n.to_string_lossy().into_owned());
         let names: Vec<String> = names.filter(|n| n.ends_with(".png")).collect();

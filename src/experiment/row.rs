@@ -1,5 +1,7 @@
 //! What is kept of one trial.
 use std::collections::BTreeMap;
+use std::error::Error;
+use std::io;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -46,6 +48,9 @@ pub struct Row {
     /// Why it failed.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
+    /// It failed for a file that wasn't there or couldn't be written, and is tried again by `--resume`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub again: bool,
     /// Digest of the final state and of the drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
@@ -85,7 +90,7 @@ impl Row {
             }
             Err(error) => {
                 let reason = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-                Row { status: Status::Failed, reason, ..row }
+                Row { status: Status::Failed, reason, again: is_of_files(&error), ..row }
             }
         }
     }
@@ -93,5 +98,30 @@ impl Row {
     /// Whether it was drawn and measured.
     pub fn is_ok(&self) -> bool {
         self.status == Status::Ok
+    }
+}
+
+/// Whether a file or the disk was to blame: another time it may be there.
+fn is_of_files(error: &RunError) -> bool {
+    let chain = std::iter::successors(Some(error as &dyn Error), |&e| e.source());
+    // what a file holds stays wrong as long as it is the same file
+    let of_content = |e: &io::Error| matches!(e.kind(), io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof);
+    chain.filter_map(|e| e.downcast_ref::<io::Error>()).any(|e| !of_content(e))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::inputs::InputError;
+
+    #[test]
+    fn a_missing_file_is_told_from_a_wrong_one() {
+        let of = |kind: io::ErrorKind| RunError::Input(InputError::File { file: "x".into(), source: kind.into() });
+        assert!(is_of_files(&of(io::ErrorKind::NotFound)));
+        assert!(is_of_files(&RunError::Shared(Arc::new(of(io::ErrorKind::PermissionDenied)))));
+        assert!(!is_of_files(&of(io::ErrorKind::InvalidData)));
+        assert!(!is_of_files(&RunError::WhileDrawing));
     }
 }

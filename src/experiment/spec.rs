@@ -222,6 +222,11 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// What [`hash`](Self::hash) is with so many trials of each case at each point of the grid.
+    pub(super) fn hash_of(&self, trials: u64) -> Result<String, ExperimentError> {
+        Self { trials, ..self.clone() }.check_trials()
+    }
+
     /// The text that the experiment was read from.
     pub fn text(&self) -> &str {
         &self.text

@@ -12,6 +12,7 @@ use parquet::schema::types::Type;
 use serde_json::Value;
 
 use crate::measure::MetricPath;
+use crate::report::cell;
 
 use super::ExperimentError;
 use super::axis::words;
@@ -41,7 +42,7 @@ fn columns(rows: &[Row]) -> Vec<(String, Column)> {
     let settings: [Settings; 2] = [|r| &r.axes, |r| &r.draws];
     for of in settings {
         let keys: BTreeSet<&String> = rows.iter().flat_map(|r| of(r).keys()).collect();
-        columns.extend(keys.into_iter().map(|key| (key.clone(), values(rows.iter().map(|r| of(r).get(key))))));
+        columns.extend(keys.into_iter().map(|key| (setting(key), values(rows.iter().map(|r| of(r).get(key))))));
     }
     columns.push(("seed".into(), whole(&|r| r.seed)));
     columns.push(("status".into(), text(&|r| Some(if r.status == Status::Ok { "ok" } else { "failed" }.into()))));
@@ -54,6 +55,15 @@ fn columns(rows: &[Row]) -> Vec<(String, Column)> {
         }
     }
     columns
+}
+
+/// Names of columns that are neither settings nor figures.
+const OWN: [&str; 8] = ["trial", "case", "cell", "repeat", "seed", "status", "reason", "digest"];
+
+/// The name of a setting's column: its key, with `set.` before it where a figure or another column is called the same.
+fn setting(key: &str) -> String {
+    let taken = MetricPath::find(key).is_some() || OWN.contains(&key);
+    if taken { format!("set.{key}") } else { key.to_string() }
 }
 
 /// Settings as a column: numbers where all of them are, else text.
@@ -72,7 +82,7 @@ impl Column {
         match self {
             Column::Whole(x) => x[row].to_string(),
             Column::Number(x) => x[row].map_or_else(String::new, |x| x.to_string()),
-            Column::Text(x) => x[row].clone().unwrap_or_default(),
+            Column::Text(x) => cell(x[row].as_deref().unwrap_or_default()),
         }
     }
 }
@@ -103,14 +113,14 @@ pub(super) fn summary_csv(summary: &Summary) -> Result<Vec<u8>, ExperimentError>
         head[..1]
             .iter()
             .map(|s| (*s).to_string())
-            .chain(keys.iter().map(|k| (*k).clone()))
+            .chain(keys.iter().map(|k| setting(k)))
             .chain(head[1..].iter().map(|s| (*s).to_string()))
             .collect(),
     ];
     let mut add = |group: &Group, name: &str, e: &Estimate| {
         let optional = |x: Option<f64>| x.map_or_else(String::new, |x| x.to_string());
-        let mut line = vec![group.case.clone()];
-        line.extend(keys.iter().map(|k| group.axes.get(*k).map_or_else(String::new, words)));
+        let mut line = vec![cell(&group.case)];
+        line.extend(keys.iter().map(|k| group.axes.get(*k).map_or_else(String::new, |v| cell(&words(v)))));
         line.extend([
             group.n.to_string(),
             group.failures.to_string(),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::diagnostic::{Changes, ConfigError};
 use crate::drawing;
 use crate::files::{self, FilesRead};
+use crate::math::Digest;
 use crate::mesh::{self, MeshFileError};
 use crate::pen::PenModel;
 use crate::robot::{Cell, RobotError};
@@ -50,6 +51,21 @@ pub struct Inputs {
 }
 
 impl Inputs {
+    /// What a run's result depends on, a line each: the program, its scenario and the part drawn (as texts), every file.
+    ///
+    /// # Errors
+    /// A file can't be read, or isn't right.
+    pub fn run_key(scenario: &Scenario, [toml, part]: [&str; 2]) -> Result<String, InputError> {
+        let digest = |text: &str| Digest::new().bytes(text.as_bytes()).hex();
+        let mut inputs = Self::default();
+        inputs.add(scenario)?;
+        let mut key = format!("the program: {BUILD}\nthe scenario: {}\nthe part: {}\n", digest(toml), digest(part));
+        for (file, of_file) in inputs.files() {
+            key += &format!("{}: {of_file}\n", file.display());
+        }
+        Ok(key)
+    }
+
     /// Adds what a scenario depends on. Files that were followed before aren't read again.
     ///
     /// # Errors

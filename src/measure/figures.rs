@@ -210,6 +210,8 @@ impl LineMetrics {
             error_mean_mm: Some(fit.error_mean * 1e3),
             error_p95_mm: Some(fit.error_p95 * 1e3),
             error_max_mm: Some(fit.error_max * 1e3),
+            stroke_error_max_mm: fit.stroke_error_max.map(|m| m * 1e3),
+            tip_error_max_mm: None,
             coverage: Some(fit.coverage),
             touchable: None,
             excess: Some(fit.excess),

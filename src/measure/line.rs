@@ -6,6 +6,7 @@ use crate::math::stats;
 use crate::measure::Touchable;
 use crate::measure::segments::SegmentGrid;
 use crate::surface::{SurfaceDrawing, SurfaceStroke};
+use crate::twin::Record;
 
 /// Spacing at which the desired line is asked whether ink covers it, m.
 const PROBE: f64 = 1e-4;
@@ -21,6 +22,8 @@ pub struct LineFit {
     pub error_p95: f64,
     /// Largest distance, m.
     pub error_max: f64,
+    /// Largest distance of ink that a stroke left, m; ink of no stroke, as a probe leaves it, isn't in it.
+    pub stroke_error_max: Option<f64>,
     /// Share of the desired length, of what a nib can touch, that has ink of its layer within one line width.
     pub coverage: f64,
     /// Share of the desired length that a nib can touch.
@@ -40,6 +43,7 @@ pub fn line_fit(
     let near = desired_grid(desired);
     let mut ink = SegmentGrid::new(1e-3);
     let (mut errors, mut inked, mut weighted, mut stray) = (Vec::new(), 0.0, 0.0, 0.0);
+    let mut stroke_error_max: Option<f64> = None;
     for stroke in &trace.strokes {
         let layer = stroke.ink as usize;
         let width = *line_width.get(layer)?;
@@ -58,6 +62,9 @@ pub fn line_fit(
             weighted += share * error;
             stray += if any.is_none() { share } else { 0.0 };
             errors.push((error, share));
+            if own.is_some() {
+                stroke_error_max = Some(stroke_error_max.unwrap_or(0.0).max(error));
+            }
             ink.insert(p.position, next.position, layer as u64);
         }
     }
@@ -84,10 +91,17 @@ pub fn line_fit(
         error_mean: weighted / inked,
         error_p95: stats::weighted_quantile(&mut errors, 0.95)?,
         error_max: errors.iter().map(|e| e.0).fold(0.0, f64::max),
+        stroke_error_max,
         coverage: covered / asked,
         touchable: asked / length,
         excess: stray / inked,
     })
+}
+
+/// Largest distance of the tip from the law's set point, across the pen, in any step of any drawn stroke, m; `None` without strokes.
+pub fn tip_error(record: &Record) -> Option<f64> {
+    let strokes = record.arms.iter().flat_map(|a| &a.strokes).filter(|s| s.steps > 0);
+    strokes.map(|s| s.lateral_error.max).reduce(f64::max)
 }
 
 fn label(layer: usize, stroke: usize) -> u64 {

@@ -365,6 +365,12 @@ pub struct LineMetrics {
     /// Largest distance of the ink from the desired line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_max_mm: Option<f64>,
+    /// Largest distance of the ink that a stroke left from that stroke's desired line, 20 mm where it is more; dots of probes aren't in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stroke_error_max_mm: Option<f64>,
+    /// Largest distance of the tip, across the pen, from where the robot wanted it, while it drew.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip_error_max_mm: Option<f64>,
     /// Share of the desired line that got ink within one line width; of what a round nib can touch, where `touchable` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coverage: Option<f64>,

@@ -20,7 +20,7 @@ mod width;
 pub use base::BaseMetrics;
 pub use heights::StrokeHeights;
 pub use laid::{Laid, LaidStroke, laid_strokes};
-pub use line::{LineFit, line_fit};
+pub use line::{LineFit, line_fit, tip_error};
 pub use look::LookMetrics;
 pub use metrics::{
     BeliefMetrics, ContactMetrics, CoverageMetrics, DrawingMetrics, ImageMetrics, LayerMetrics, LineMetrics,

@@ -13,6 +13,7 @@ mod renderer;
 mod ribbon;
 mod scene;
 mod shape;
+mod tools;
 mod view;
 
 pub use error::RenderError;
@@ -20,6 +21,7 @@ pub use renderer::{PreparedScene, Renderer};
 pub use ribbon::Ribbons;
 pub use scene::{ArmVisuals, Item, Material, RenderScene};
 pub use shape::{DEFAULT_CREASE, Surface};
+pub use tools::{dock_items, hand_items, tool_items};
 pub use view::{Framing, NAMED_VIEWS, View};
 
 /// A finished picture.

@@ -1,5 +1,7 @@
 //! What every HTML page of the program shares.
 
+use crate::math::plain;
+
 const PAGE_STYLE: &str = include_str!("page.css");
 /// Style of plots, on pages and in files of their own.
 pub(super) const PLOT_STYLE: &str = include_str!("plot.css");
@@ -14,10 +16,10 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// Text that may stand in HTML, in attributes too.
+/// Text that may stand in HTML, in attributes too; control characters are written out.
 pub fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in plain(text).chars() {
         match c {
             '&' => safe += "&amp;",
             '<' => safe += "&lt;",

@@ -1,9 +1,11 @@
 //! Files that a person or a program reads.
 
+mod cell;
 mod cover_figure;
 mod distortion;
 mod drawing_svg;
 mod figure;
+mod file_list;
 mod heights;
 mod html;
 mod looks_csv;
@@ -20,6 +22,7 @@ mod seam_picture;
 mod stages_csv;
 mod summary;
 
+pub use cell::cell;
 pub use cover_figure::{CoverSketch, cover_svg};
 pub use distortion::distortion_picture;
 pub use drawing_svg::drawing_svg;

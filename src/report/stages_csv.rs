@@ -3,6 +3,8 @@ use crate::measure::ToolPose;
 use crate::skill::{Order, Stage};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
 
+use super::cell::cell;
+
 /// The name of a stage in files.
 fn stage_name(stage: Stage) -> &'static str {
     match stage {
@@ -41,11 +43,17 @@ pub struct StagesOf<'a> {
     pub lost: &'a [Snapshot],
 }
 
+/// A name as a field that may have commas and quotes in it.
+fn quoted(name: &str) -> String {
+    format!("\"{}\"", cell(name).replace('"', "\"\""))
+}
+
 /// Every stage of every tool change: time (s) at its end, and the tool in the hand against the design (mm, degrees).
 pub fn stages_csv<'a>(changes: impl IntoIterator<Item = StagesOf<'a>>) -> String {
     let mut text =
         String::from("arm,ink,dock,change,attempts,stage,time_s,x_mm,y_mm,z_mm,roll_deg,pitch_deg,yaw_deg\n");
     for StagesOf { arm, ink, record, lost } in changes {
+        let (arm, ink) = (if arm.contains([',', '"', '\n']) { quoted(arm) } else { cell(arm) }, quoted(ink));
         let (dock, start) = (record.place.dock, record.start);
         let order = match record.order {
             Order::Pick => "fetch",
@@ -56,7 +64,7 @@ pub fn stages_csv<'a>(changes: impl IntoIterator<Item = StagesOf<'a>>) -> String
             let stage = snapshot_name(s);
             let (attempts, time) = (record.attempts, start + s.time);
             text.push_str(&format!(
-                "{arm},{ink:?},{dock},{order},{attempts},{stage},{time:.3},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4}\n",
+                "{arm},{ink},{dock},{order},{attempts},{stage},{time:.3},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4}\n",
                 p.x_mm, p.y_mm, p.z_mm, p.roll_deg, p.pitch_deg, p.yaw_deg
             ));
         }

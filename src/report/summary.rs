@@ -2,6 +2,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::math::sensible;
 use crate::measure::Metrics;
 
 /// metrics.json: pretty, in the order of [`Metrics`].
@@ -28,7 +29,7 @@ pub fn summary(metrics: &Metrics, files: &[PathBuf]) -> String {
     let mut line = |name: &str, parts: Vec<Option<String>>| {
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         if !parts.is_empty() {
-            let _ = writeln!(text, "{name:<10} {}", parts.join(", "));
+            let _ = writeln!(text, "{name:<10} {}", sensible(&parts.join(", ")));
         }
     };
     line("scenario", vec![Some(metrics.scenario.clone()), Some(format!("seed {}", metrics.seed))]);

@@ -183,7 +183,7 @@ pub enum RunError {
     #[error(transparent)]
     Record(#[from] RecordFileError),
     /// What trials share couldn't be made, as the first of them found.
-    #[error("{0}")]
+    #[error(transparent)]
     Shared(Arc<RunError>),
     /// Figures can't be written as JSON.
     #[error("figures can't be written: {0}")]

@@ -20,11 +20,12 @@ use std::time::{Duration, Instant};
 
 use crate::artwork::{self, Part};
 use crate::exec::{Journal, StopFlag};
-use crate::inputs::{BUILD, Inputs};
+use crate::inputs::Inputs;
 use crate::measure::{DrawingMetrics, Metrics};
 use crate::progress::Progress;
 use crate::report::OutputDir;
 use crate::scenario::{Scenario, Sketch};
+use crate::verdict::Verdict;
 
 pub use belief::Cache;
 pub use error::RunError;
@@ -53,6 +54,19 @@ pub enum Until {
     End,
 }
 
+impl Until {
+    /// The command that goes so far.
+    fn command(self) -> &'static str {
+        match self {
+            Self::Drawing => "draw",
+            Self::Cover => "cover",
+            Self::Mapping => "map",
+            Self::Plan => "plan",
+            Self::End => "run",
+        }
+    }
+}
+
 /// How a run is done, beside what its scenario says.
 #[derive(Default)]
 pub struct Manner<'a> {
@@ -75,6 +89,8 @@ pub struct Outcome {
     pub files: Vec<PathBuf>,
     /// Why the robot stopped before all was drawn; what it had drawn is there.
     pub stopped: Option<String>,
+    /// Why what came of a run that went to its end is no drawing, whatever its scenario's bounds; `None` where it is one.
+    pub verdict: Option<Verdict>,
     /// Whether it was interrupted; it can go on.
     pub interrupted: bool,
 }
@@ -95,12 +111,14 @@ pub fn run(
     let sheet = products::Sheet::new(&prepared)?;
     if until == Until::Drawing {
         let metrics = sheet.metrics(scenario, &prepared)?;
+        let out = &out.begin(until.command())?;
         written.scenario(&toml, out)?;
         sheet.write(&prepared, out, &mut written)?;
         return finish(metrics, written, out);
     }
     if until == Until::Cover {
         let metrics = prepared.cover_metrics(scenario)?;
+        let out = &out.begin(until.command())?;
         written.scenario(&toml, out)?;
         if let Some(driving) = &prepared.driving {
             products::write_places(&scenario.name, &driving.found, out, &mut written)?;
@@ -113,6 +131,7 @@ pub fn run(
     if until < Until::End {
         let believed = believe(scenario, prepared, &setup, until, None, progress)?;
         let made = products::Products { scenario, setup: &setup, believed: &believed, sheet: &sheet, toml: &toml };
+        let out = &out.begin(until.command())?;
         let metrics = made.write_unfinished(until, out, &mut written)?;
         return finish(metrics, written, out);
     }
@@ -122,28 +141,28 @@ pub fn run(
         journal.abandon()?;
         Err(error)
     })?;
+    // from here on the folder is this run's, also if it is killed
+    let out = &out.begin(until.command())?;
     let silent = StopFlag::default();
     let stop = manner.stop.unwrap_or(&silent);
     let performance = perform(scenario, &setup, &believed, Some(&journal), stop, progress)?;
     let (stopped, interrupted) = (performance.stopped.clone(), performance.interrupted);
+    let whole = stopped.is_none() && !interrupted;
+    let (takes, part) = (setup.pens.iter().map(|p| p.pen.force_max).fold(0.0, f64::max), manner.only.is_some());
+    let judge = || Verdict::of(scenario, &setup.cell.arms, takes, &performance.metrics, part);
+    let verdict = whole.then(judge).flatten();
     let made = products::Products { scenario, setup: &setup, believed: &believed, sheet: &sheet, toml: &toml };
     let metrics = made.write(performance, out, &mut written, progress)?;
     if !interrupted {
         journal.remove()?;
     }
-    Ok(Outcome { stopped, interrupted, ..finish(metrics, written, out)? })
+    Ok(Outcome { stopped, verdict, interrupted, ..finish(metrics, written, out)? })
 }
 
 /// The journal of a run: where an interrupted one goes on, or a new one.
 fn journal(scenario: &Scenario, manner: &Manner, toml: &str, out: &OutputDir) -> Result<Journal, RunError> {
     let only = manner.only.as_ref().map_or_else(String::new, ToString::to_string);
-    let digest = |text: &str| crate::math::Digest::new().bytes(text.as_bytes()).hex();
-    let mut inputs = Inputs::default();
-    inputs.add(scenario)?;
-    let mut key = format!("the program: {}\nthe scenario: {}\nthe part: {}\n", BUILD, digest(toml), digest(&only));
-    for (file, of_file) in inputs.files() {
-        key += &format!("{}: {of_file}\n", file.display());
-    }
+    let key = Inputs::run_key(scenario, [toml, &only])?;
     let folder: PathBuf = out.path().join(JOURNAL);
     let journal = if manner.resume { Journal::resume(&folder, &key)? } else { Journal::begin(&folder, &key)? };
     Ok(match manner.keep_every {
@@ -169,6 +188,7 @@ pub fn draw(sketch: &Sketch, out: &OutputDir, progress: &dyn Progress) -> Result
     let sheet = products::Sheet::with_side(&prepared, sketch.render.drawing_px)?;
     metrics.image = Some(sheet.likeness(None)?);
     let mut written = Written::default();
+    let out = &out.begin(Until::Drawing.command())?;
     sheet.write(&prepared, out, &mut written)?;
     finish(metrics, written, out)
 }
@@ -176,7 +196,7 @@ pub fn draw(sketch: &Sketch, out: &OutputDir, progress: &dyn Progress) -> Result
 fn finish(metrics: Metrics, mut written: Written, out: &OutputDir) -> Result<Outcome, RunError> {
     let json = crate::report::metrics_json(&metrics)?;
     written.other(out.write("metrics.json", json.as_bytes())?, "Figures");
-    Ok(Outcome { metrics, files: written.files, stopped: None, interrupted: false })
+    Ok(Outcome { metrics, files: written.files, stopped: None, verdict: None, interrupted: false })
 }
 
 fn name_of(file: &Path) -> String {

@@ -12,7 +12,7 @@ use crate::exec::{self, ArmStop, Both, Counter, Distances, Done, Journal, Listen
 use crate::ink::{InkTrace, TraceInk};
 use crate::measure::{
     BeliefMetrics, ContactMetrics, LineMetrics, LookMetrics, MappingMetrics, Metrics, PlanMetrics, ShapeMetrics,
-    SimMetrics, StrokeHeights, Touchable, grid_shape, line_fit, side_errors, tool_metrics, width_error,
+    SimMetrics, StrokeHeights, Touchable, grid_shape, line_fit, side_errors, tip_error, tool_metrics, width_error,
 };
 use crate::plan::{Plan, ReachReport};
 use crate::progress::Progress;
@@ -24,9 +24,6 @@ use crate::twin::{ArmStory, Record};
 
 /// Spacing at which the desired line is known when the drawn one is measured, m.
 const MEASURE_STEP: f64 = 2.5e-4;
-
-/// Why a run without any ink has failed.
-const NO_INK: &str = "no ink came onto the canvas: it may lie elsewhere than the robot believes";
 
 /// What was done, and its figures.
 pub(super) struct Performance {
@@ -151,8 +148,6 @@ fn conclude(
     if let Some(driving) = &believed.prepared.driving {
         driving.measure(setup, &record, &mut metrics);
     }
-    let nothing = !interrupted && metrics.line.as_ref().is_some_and(|l| l.inked_length_m == Some(0.0));
-    let stopped = stopped.or_else(|| nothing.then(|| NO_INK.to_string()));
     let places = Vec::new();
     Ok(Performance { metrics, plan, record, changes, lost, places, stops, touched, aligned, stopped, interrupted })
 }
@@ -206,7 +201,8 @@ fn measure(scenario: &Scenario, setup: &Setup, record: &Record, metrics: &mut Me
     });
     // ink that was asked for and isn't there is none of the line, not a line that wasn't looked at
     let asked = desired.layers.iter().any(|l| !l.strokes.is_empty());
-    metrics.line = fit.or_else(|| asked.then(LineMetrics::nothing_drawn));
+    let line = fit.or_else(|| asked.then(LineMetrics::nothing_drawn));
+    metrics.line = line.map(|l| LineMetrics { tip_error_max_mm: tip_error(record).map(|m| m * 1e3), ..l });
     metrics.shape = shape(scenario, setup, &record.ink)?;
     Ok(())
 }

@@ -5,19 +5,12 @@ use super::RunError;
 use super::perform::Performance;
 use super::pictures::Extra;
 use super::setup::Setup;
-use crate::math::{Pose, Rgb};
-use crate::mesh::TriMesh;
-use crate::render::{ArmVisuals, Item, Material, View};
+use crate::math::Rgb;
+use crate::render::{Item, View, dock_items, hand_items, tool_items};
 use crate::report::snapshot_name;
-use crate::robot::Visual;
 use crate::scenario::Scenario;
-use crate::skill::{GripperKit, Order, last_from_grip, tool_visuals, with_hand};
+use crate::skill::{GripperKit, Order, last_from_grip};
 use crate::twin::grasp::{ChangeRecord, Snapshot};
-
-/// Colour of docks.
-const DOCK: Rgb = Rgb([92, 96, 102]);
-/// Colour of a pen in a dock that no ink is drawn from.
-const SPARE: Rgb = Rgb([170, 170, 170]);
 
 /// A picture of one stage of a tool change.
 pub(super) struct StageView {
@@ -28,42 +21,6 @@ pub(super) struct StageView {
     /// Everything but the scene's canvas and furniture.
     pub items: Vec<Item>,
     pub view: View,
-}
-
-fn placed(visuals: &[Visual], pose: &Pose) -> Vec<Item> {
-    let place = |v: &Visual| {
-        let item = Item::from_visual(v);
-        Item { world_from_item: pose * item.world_from_item, ..item }
-    };
-    visuals.iter().map(place).collect()
-}
-
-/// The docks of an arm, and the tools in them but for the one in `empty`. `inks` are the colours of pens by dock.
-fn docks(kit: &GripperKit, inks: &[(usize, Rgb)], empty: Option<usize>) -> Result<Vec<Item>, RunError> {
-    let dock: TriMesh = kit.set.dock_mesh().map_err(RunError::Tool)?;
-    let mut items = Vec::new();
-    for (i, place) in kit.docks.iter().enumerate() {
-        let ink = inks.iter().find(|(dock, _)| *dock == i).map(|(_, color)| *color);
-        items.push(Item::from_mesh(&dock.transformed(place), Material::furniture(DOCK)));
-        if empty != Some(i) && kit.pens.contains(&i) {
-            let visuals = tool_visuals(&kit.set, ink.unwrap_or(SPARE)).map_err(RunError::Tool)?;
-            items.extend(placed(&visuals, place));
-        }
-    }
-    Ok(items)
-}
-
-/// A tool with a pen of colour `ink` at a pose.
-fn tool(kit: &GripperKit, ink: Rgb, world_from_tool: &Pose) -> Result<Vec<Item>, RunError> {
-    Ok(placed(&tool_visuals(&kit.set, ink).map_err(RunError::Tool)?, world_from_tool))
-}
-
-/// An arm with its hand and the tool as they stood at an instant.
-fn at_work(kit: &GripperKit, snapshot: &Snapshot, ink: Rgb) -> Result<Vec<Item>, RunError> {
-    let arm = with_hand(&kit.arm, &kit.hand, &snapshot.fingers);
-    let mut items = ArmVisuals::new(&arm).items(arm.kinematics(&snapshot.q).world_from_links());
-    items.extend(tool(kit, ink, &snapshot.world_from_tool)?);
-    Ok(items)
 }
 
 /// Hands, docks and tools as they stand in the end, and pictures of the first fetch, the first return and a failure.
@@ -81,9 +38,10 @@ pub(super) fn tools(
             performance.places.iter().zip(&colors).filter(|(p, _)| p.0 == arm).map(|(p, c)| (p.1, *c)).collect();
         inks.dedup();
         let ending = performance.stops[arm].as_ref().and_then(|s| s.tool.as_ref());
-        extra.items.extend(docks(kit, &inks, ending.map(|t| t.place.dock))?);
+        extra.items.extend(dock_items(kit, &inks, ending.map(|t| t.place.dock)).map_err(RunError::Tool)?);
         if let Some(ending) = ending {
-            extra.items.extend(tool(kit, colors[ending.place.layer], &ending.world_from_tool)?);
+            let held = tool_items(kit, colors[ending.place.layer], &ending.world_from_tool);
+            extra.items.extend(held.map_err(RunError::Tool)?);
         }
         extra.models.push(kit.bare.clone());
         if !scenario.render.tool_stages || !stages.is_empty() {
@@ -124,11 +82,11 @@ fn stage_views(
         Order::Return => ("return", "Bringing back"),
     };
     let mut views = Vec::new();
-    let around = docks(kit, inks, Some(change.place.dock))?;
+    let around = dock_items(kit, inks, Some(change.place.dock)).map_err(RunError::Tool)?;
     for (i, snapshot) in snapshots.iter().enumerate() {
         let stage = snapshot_name(snapshot);
         let mut items = around.clone();
-        items.extend(at_work(kit, snapshot, colors[change.place.layer])?);
+        items.extend(hand_items(kit, snapshot, colors[change.place.layer]).map_err(RunError::Tool)?);
         // from the front and the side of the fingers, a little from above, over the way of hand and tool
         let grip = kit.arm.kinematics(&snapshot.q);
         let last = grip.world_from_link(kit.arm.dof()) * last_from_grip(&kit.arm, &kit.hand);

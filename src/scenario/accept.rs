@@ -1,6 +1,7 @@
 //! Bounds on the figures of a run.
 use std::fmt;
 
+use crate::math::{exactly, figure};
 use crate::measure::Metrics;
 
 use super::file::Threshold;
@@ -20,7 +21,10 @@ pub struct Unmet {
 impl fmt::Display for Unmet {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self.value {
-            Some(value) => write!(f, "{} is {value}", self.path)?,
+            Some(value) => {
+                let limit = self.bounds.min.filter(|min| value < *min).or(self.bounds.max).unwrap_or(f64::NAN);
+                write!(f, "{} is {}", self.path, told_apart(value, limit))?;
+            }
             None => write!(f, "{} was not measured", self.path)?,
         }
         match (self.bounds.min, self.bounds.max) {
@@ -30,6 +34,13 @@ impl fmt::Display for Unmet {
             (None, None) => Ok(()),
         }
     }
+}
+
+/// A figure in as many digits as tell it from a limit: six, or all where these would put it on the limit or to its other side.
+pub fn told_apart(value: f64, limit: f64) -> String {
+    let short = figure(value);
+    let differs = short.parse().ok().and_then(|x: f64| x.partial_cmp(&limit)) == value.partial_cmp(&limit);
+    if differs { short } else { exactly(value) }
 }
 
 impl Scenario {
@@ -46,5 +57,17 @@ impl Scenario {
             }
         }
         unmet
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told_apart;
+
+    #[test]
+    fn a_missed_bound_shows_that_it_is_missed() {
+        assert_eq!(told_apart(0.994_999_96, 0.995), "0.99499996");
+        assert_eq!(told_apart(0.123_456_789, 0.5), "0.123457");
+        assert_eq!(told_apart(0.5, 0.5), "0.5");
     }
 }

@@ -33,13 +33,31 @@ impl Check<'_> {
     /// The error of a whole sentence about `key`.
     pub fn sentence(&self, key: &str, message: impl Into<String>) -> ScenarioError {
         let message = message.into();
-        let set = self.overrides.iter().rev().find(|o| {
-            let set = o.key();
-            set == key || key.strip_prefix(&set).is_some_and(|rest| rest.starts_with('.'))
-        });
-        match set {
+        match self.set(key) {
             Some(set) => ScenarioError::Override { text: set.text.clone(), message },
             None => ScenarioError::Config(diagnostic::invalid(self.text, self.file, key, message)),
+        }
+    }
+
+    /// The last `--set` that says what `key` is, if one does.
+    fn set(&self, key: &str) -> Option<&Override> {
+        self.overrides.iter().rev().find(|o| {
+            let set = o.key();
+            set == key || key.strip_prefix(&set).is_some_and(|rest| rest.starts_with('.'))
+        })
+    }
+
+    /// The file that `key` names: as `find` finds it from the scenario's folder, and else, where it was typed with `--set`, from the
+    /// current one.
+    pub fn file(&self, key: &str, find: impl Fn(&Path) -> Result<PathBuf, String>) -> Result<PathBuf, ScenarioError> {
+        let message = match find(&self.folder()) {
+            Ok(file) => return Ok(file),
+            Err(message) => message,
+        };
+        match self.set(key).filter(|o| o.typed).map(|_| find(Path::new("."))) {
+            Some(Ok(file)) => Ok(file),
+            Some(Err(other)) if other != message => Err(self.sentence(key, format!("{message}; {other}"))),
+            _ => Err(self.sentence(key, message)),
         }
     }
 

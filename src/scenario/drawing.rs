@@ -130,7 +130,7 @@ pub struct DrawingSpec {
 }
 
 /// Fills in, checks and finds what `[drawing]` names.
-pub(super) fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) -> Result<DrawingSpec, ScenarioError> {
+pub(super) fn resolve_drawing(typed: DrawingFile, check: &Check) -> Result<DrawingSpec, ScenarioError> {
     if let Some([min, max]) = typed.stylus_width_mm {
         check.within("drawing.stylus_width_mm", max, min, 100.0)?;
     }
@@ -148,7 +148,7 @@ pub(super) fn resolve_drawing(typed: DrawingFile, folder: &Path, check: &Check) 
         simplify_mm: typed.simplify_mm,
         ink_order: typed.ink_order,
         disorder: typed.disorder,
-        artwork: resolve_artwork(typed, folder, check)?,
+        artwork: resolve_artwork(typed, check)?,
     })
 }
 
@@ -159,19 +159,21 @@ enum Kind {
 }
 
 /// By its extension, or, where that says nothing, by its content.
-fn kind_of(source: &str, folder: &Path) -> Option<Kind> {
+fn kind_of(source: &str, file: &Path) -> Option<Kind> {
     let extension = Path::new(source).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "svg" | "svgz" | "txt" | "jsonl" => Some(Kind::Vector),
         "png" | "jpg" | "jpeg" | "webp" | "tif" | "tiff" | "gif" | "bmp" | "qoi" | "hdr" => Some(Kind::Picture),
-        _ => is_picture(&folder.join(source)).then_some(Kind::Picture),
+        _ => is_picture(file).then_some(Kind::Picture),
     }
 }
 
-fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<Artwork, ScenarioError> {
-    let find = |source: &str| existing(&folder.join(source)).map_err(|e| check.sentence("drawing.source", e));
+fn resolve_artwork(typed: DrawingFile, check: &Check) -> Result<Artwork, ScenarioError> {
+    let find = |source: &str| check.file("drawing.source", |folder| existing(&folder.join(source)));
     let for_pictures = picture_section(&typed);
-    match (typed.source.as_deref().map(|s| (s, kind_of(s, folder))), &typed.pattern) {
+    // a file that isn't there is of the kind that its name says
+    let kind = |source| kind_of(source, &find(source).unwrap_or_else(|_| source.into()));
+    match (typed.source.as_deref().map(|s| (s, kind(s))), &typed.pattern) {
         (Some(_), Some(_)) => {
             Err(check.wrong("drawing.source", "and `[drawing.pattern]` exclude each other: keep one"))
         }
@@ -187,7 +189,7 @@ fn resolve_artwork(typed: DrawingFile, folder: &Path, check: &Check) -> Result<A
             let file = find(source)?;
             let color = typed.color.clone().unwrap_or_default();
             check_color(&color, check)?;
-            Ok(Artwork::Picture(PictureSpec { file, color, generator: resolve_generator(typed, folder, check)? }))
+            Ok(Artwork::Picture(PictureSpec { file, color, generator: resolve_generator(typed, check)? }))
         }
         (vector, pattern) => {
             if let Some(key) = for_pictures {
@@ -221,7 +223,7 @@ fn picture_section(typed: &DrawingFile) -> Option<&'static str> {
     first.or(typed.color.is_some().then_some("drawing.color")).or(typed.style.is_some().then_some("drawing.style"))
 }
 
-fn resolve_generator(typed: DrawingFile, folder: &Path, check: &Check) -> Result<Generator, ScenarioError> {
+fn resolve_generator(typed: DrawingFile, check: &Check) -> Result<Generator, ScenarioError> {
     let style = match (typed.style, &sections(&typed)[..]) {
         (Some(style), _) => style,
         (None, []) => Style::default(),
@@ -237,7 +239,7 @@ fn resolve_generator(typed: DrawingFile, folder: &Path, check: &Check) -> Result
         Style::Painterly => Generator::Painterly(typed.painterly.unwrap_or_default()),
         Style::LayeredDepth => {
             let mut layered = typed.layered_depth.unwrap_or_default();
-            resolve_semantics(&mut layered, folder, check)?;
+            resolve_semantics(&mut layered, check)?;
             Generator::LayeredDepth(layered)
         }
         Style::Hatching => Generator::Hatching(typed.hatching.unwrap_or_default()),
@@ -245,7 +247,7 @@ fn resolve_generator(typed: DrawingFile, folder: &Path, check: &Check) -> Result
     })
 }
 
-fn resolve_semantics(layered: &mut LayeredDepthSettings, folder: &Path, check: &Check) -> Result<(), ScenarioError> {
+fn resolve_semantics(layered: &mut LayeredDepthSettings, check: &Check) -> Result<(), ScenarioError> {
     let files = [
         ("drawing.layered_depth.labels", &mut layered.labels),
         ("drawing.layered_depth.segments", &mut layered.segments),
@@ -255,7 +257,7 @@ fn resolve_semantics(layered: &mut LayeredDepthSettings, folder: &Path, check: &
     ];
     for (key, file) in files {
         if let Some(typed) = file {
-            *typed = existing(&folder.join(&*typed)).map_err(|e| check.sentence(key, e))?;
+            *typed = check.file(key, |folder| existing(&folder.join(&*typed)))?;
         }
     }
     if layered.labels.is_some() && layered.segment_model.is_some() {

@@ -25,7 +25,7 @@ mod tools;
 mod touch;
 mod truth;
 
-pub use accept::Unmet;
+pub use accept::{Unmet, told_apart};
 pub use assets::{Asset, AssetKind, Assets};
 pub use change::ChangeSettings;
 pub use coverage::{CircleSettings, CoverKind, CoverageSettings};

@@ -12,6 +12,8 @@ pub struct Override {
     pub keys: Vec<String>,
     /// The value.
     pub value: Value,
+    /// Typed by someone in a folder: a path in it may start there too.
+    pub(super) typed: bool,
 }
 
 impl std::str::FromStr for Override {
@@ -27,7 +29,7 @@ impl std::str::FromStr for Override {
             .filter(|t| t.len() == 1)
             .and_then(|mut t| t.remove("v"))
             .unwrap_or_else(|| Value::String(typed.to_string()));
-        Ok(Self { text: text.to_string(), keys, value })
+        Ok(Self { text: text.to_string(), keys, value, typed: true })
     }
 }
 
@@ -54,7 +56,7 @@ impl Override {
     pub fn new(key: &str, value: &impl Serialize) -> Result<Self, String> {
         let keys = keys_of(key).ok_or_else(|| format!("`{key}` is not a dotted key"))?;
         let value = Value::try_from(value).map_err(|e| format!("`{key}` can't have this value: {e}"))?;
-        Ok(Self { text: format!("{key}={value}"), keys, value })
+        Ok(Self { text: format!("{key}={value}"), keys, value, typed: false })
     }
 
     /// The dotted key.

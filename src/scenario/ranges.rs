@@ -5,6 +5,7 @@ use serde_json::Value;
 use toml::Value as Typed;
 
 use crate::diagnostic::{self, ConfigError};
+use crate::math::exactly;
 
 /// A number that is not in its range.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,9 +103,9 @@ fn number(schema: &Value, x: f64, key: &str) -> Option<Outside> {
         return None;
     } else {
         match (low, high) {
-            (Some(low), Some(high)) => format!("must be from {low} to {high}, not {x}"),
-            (Some(low), None) => format!("must be at least {low}, not {x}"),
-            (None, high) => format!("must be at most {}, not {x}", high.unwrap_or_default()),
+            (Some(low), Some(high)) => format!("must be from {low} to {high}, not {}", exactly(x)),
+            (Some(low), None) => format!("must be at least {low}, not {}", exactly(x)),
+            (None, high) => format!("must be at most {}, not {}", high.unwrap_or_default(), exactly(x)),
         }
     };
     Some(Outside { key: key.to_string(), message })

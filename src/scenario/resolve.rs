@@ -196,8 +196,8 @@ impl Sketch {
         Ok(Self {
             name: file.file_stem().map_or_else(|| "drawing".into(), |s| s.to_string_lossy().into_owned()),
             seed: typed.seed,
-            drawing: resolve_drawing(typed.drawing, &folder, &check)?,
-            pen: resolve_pen(typed.pen, &Assets::seen_from(&folder), &folder, &check)?,
+            drawing: resolve_drawing(typed.drawing, &check)?,
+            pen: resolve_pen(typed.pen, &Assets::seen_from(&folder), &check)?,
             control: typed.control,
             plan: typed.plan,
             render: typed.render,
@@ -223,16 +223,16 @@ impl From<&Scenario> for Sketch {
 fn resolve(typed: ScenarioFile, check: &Check) -> Result<Scenario, ScenarioError> {
     let folder = check.folder();
     let assets = Assets::seen_from(&folder);
-    let asset = |key: &str, kind, text: &str| assets.find(kind, text, &folder).map_err(|e| check.sentence(key, e));
+    let asset = |key: &str, kind, text: &str| check.file(key, |folder| assets.find(kind, text, folder));
 
     let stem = || check.file.file_stem().map_or_else(|| "scenario".into(), |s| s.to_string_lossy().into_owned());
-    let drawing = resolve_drawing(typed.drawing, &folder, check)?;
+    let drawing = resolve_drawing(typed.drawing, check)?;
     let CanvasFile { scene, mapping, belief, offset_mm, conformal, overlay } = typed.canvas;
     let scene = scene.ok_or_else(|| check.sentence("canvas.scene", "`[canvas]` needs a `scene`, as \"hemisphere\""))?;
     check_truth(&typed.truth, check)?;
-    let pen = resolve_pen(typed.pen, &assets, &folder, check)?;
+    let pen = resolve_pen(typed.pen, &assets, check)?;
     let scan = match (belief, typed.scan) {
-        (BeliefKind::Scan, scan) => Some(resolve_scan(scan.unwrap_or_default(), &folder, check)?),
+        (BeliefKind::Scan, scan) => Some(resolve_scan(scan.unwrap_or_default(), check)?),
         (_, None) => None,
         (_, Some(_)) => {
             return Err(check.sentence("scan", "`[scan]` is used with `belief = \"scan\"` under `[canvas]` alone"));
@@ -307,9 +307,9 @@ fn resolve_touch(
     Ok(Some(touch))
 }
 
-fn resolve_pen(typed: PenFile, assets: &Assets, folder: &Path, check: &Check) -> Result<PenSpec, ScenarioError> {
+fn resolve_pen(typed: PenFile, assets: &Assets, check: &Check) -> Result<PenSpec, ScenarioError> {
     let PenFile { kind, press_depth_mm, change_s, inks } = typed;
-    let asset = |key: &str, text: &str| assets.find(AssetKind::Pen, text, folder).map_err(|e| check.sentence(key, e));
+    let asset = |key: &str, text: &str| check.file(key, |folder| assets.find(AssetKind::Pen, text, folder));
     let mut pens = BTreeMap::new();
     for (ink, pen) in inks {
         let key = if ink.starts_with('#') { ink_color(&ink, check)? } else { ink.clone() };

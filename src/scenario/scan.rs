@@ -1,5 +1,4 @@
 //! `[scan]`: the canvas as a depth camera, or a cloud of one's own, shows it.
-use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -182,13 +181,9 @@ impl Default for ScanSettings {
 }
 
 /// What no range says; the cloud's path made absolute.
-pub(super) fn resolve_scan(
-    mut scan: ScanSettings,
-    folder: &Path,
-    check: &Check,
-) -> Result<ScanSettings, ScenarioError> {
+pub(super) fn resolve_scan(mut scan: ScanSettings, check: &Check) -> Result<ScanSettings, ScenarioError> {
     if let Some(cloud) = &scan.cloud {
-        let file = existing(&folder.join(cloud)).map_err(|e| check.sentence("scan.cloud", e))?;
+        let file = check.file("scan.cloud", |folder| existing(&folder.join(cloud)))?;
         if !file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
             return Err(check.wrong("scan.cloud", "must be a .ply file"));
         }

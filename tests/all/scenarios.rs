@@ -12,6 +12,7 @@ use calamus::progress::Silent;
 use calamus::report::OutputDir;
 use calamus::run::{Manner, Until, run};
 use calamus::scenario::{Override, Scenario};
+use calamus::verdict::Verdict;
 
 fn scenarios() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
@@ -51,6 +52,7 @@ fn smaller(name: &str) -> &'static [&'static str] {
 pub struct Drawn {
     pub scenario: Scenario,
     pub metrics: Metrics,
+    pub verdict: Option<Verdict>,
     pub folder: tempfile::TempDir,
 }
 
@@ -91,7 +93,7 @@ pub fn draw(name: &str, sets: &[&str]) -> Drawn {
     let out = OutputDir::check(folder.path()).unwrap();
     let manner = Manner { only: part(name), ..Manner::default() };
     let outcome = run(&scenario, Until::End, &manner, &out, &Silent).unwrap();
-    Drawn { scenario, metrics: outcome.metrics, folder }
+    Drawn { scenario, metrics: outcome.metrics, verdict: outcome.verdict, folder }
 }
 
 /// A scenario as the tests of scenarios draw it ([`settings`]). It is drawn by the test that asks first; the others wait for it.
@@ -102,7 +104,8 @@ pub fn drawn(name: &'static str) -> Arc<Drawn> {
     run.get_or_init(|| Arc::new(draw(name, &settings(name)))).clone()
 }
 
-fn check(name: &str, Drawn { scenario, metrics: m, folder }: &Drawn) {
+fn check(name: &str, Drawn { scenario, metrics: m, verdict, folder }: &Drawn) {
+    assert_eq!(*verdict, None, "{name}");
     let value = |path: &str| m.value(path).unwrap_or_else(|| panic!("{name}: no {path}"));
 
     if m.truth.is_some() {
