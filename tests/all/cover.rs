@@ -88,9 +88,9 @@ fn a_drawing_that_lies_too_high_is_moved_down_to_where_it_can_be_drawn() {
     let raise = found.metrics.coverage.as_ref().unwrap().raise_mm.unwrap();
     assert!((-600.0..=-50.0).contains(&raise) && found.coverage.places.len() == 1, "{raise}");
     // a run lays it there
-    run(&free, Until::Mapping, &Manner::default(), &out, &Silent).unwrap();
-    let mapped: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(dir.path().join("mapped.json")).unwrap()).unwrap();
+    let laid = run(&free, Until::Mapping, &Manner::default(), &out, &Silent).unwrap();
+    let file = laid.files.iter().find(|f| f.ends_with("mapped.json")).unwrap();
+    let mapped: serde_json::Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
     let mut heights = Vec::new();
     for stroke in mapped["layers"][0]["strokes"].as_array().unwrap() {
         let targets = stroke["targets"].as_array().unwrap();

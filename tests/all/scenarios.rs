@@ -74,8 +74,6 @@ fn part(name: &str) -> Option<Part> {
         "column_figure" => "strokes=1-45",
         // the last of its first ink and the first of its second
         "first_light" => "strokes=275-325",
-        // its left arm fetches one of them twice
-        "four_colours" => "inks=dark red,tan,dark teal",
         "scanned_tools" => "inks=Green,Red",
         "touched_bucket" => "strokes=1-25",
         "touched_tools" => "strokes=1-8",
