@@ -18,9 +18,11 @@ pub(super) fn mapping_onto_truth(scenario: &Scenario, setup: &Setup) -> Result<B
     Ok(Box::new(Carried::new(mapping, nominal, setup.truth.canvas(), reach)))
 }
 
-/// The mapping onto the object as it was meant, where the robot believes in that and its true shape is another, and how far apart the two
-/// lie at most, m.
-pub(super) fn meant(scenario: &Scenario, setup: &Setup) -> Result<Option<(Box<dyn Mapping>, f64)>, RunError> {
+/// The mapping onto the object as it was meant, and how far from it the true surface lies at most, m.
+type Meant = (Box<dyn Mapping>, f64);
+
+/// The object as it was meant, where the robot believes in that and its true shape is another.
+pub(super) fn meant(scenario: &Scenario, setup: &Setup) -> Result<Option<Meant>, RunError> {
     let (Some(nominal), BeliefKind::Mesh) = (setup.truth.unshaped(), scenario.canvas.belief) else { return Ok(None) };
     let apart = setup.truth_metrics.as_ref().and_then(|t| t.hausdorff_mm).unwrap_or(0.0) * 1e-3;
     Ok(Some((mapping_onto(scenario, &setup.drawing, nominal)?.0, apart + CARRY_MARGIN)))
