@@ -39,6 +39,12 @@ pub struct Framing {
 
 /// Nearest distance that is drawn, m.
 pub(super) const NEAR: f64 = 0.01;
+/// Vertical field of view of the named views, degrees.
+const FOV_DEG: f64 = 28.0;
+/// That of the hero: from so near what is in front, the drawing, is large against the robot behind it.
+const HERO_FOV_DEG: f64 = 34.0;
+/// How far the body of a link reaches from the frames at its ends, m.
+const BODY: f64 = 0.11;
 
 impl View {
     /// Rotation and translation from world to view axes: x right, y up, z towards the viewer.
@@ -86,7 +92,18 @@ impl View {
     /// The camera looking along `direction` (any length) with every one of `points` inside the picture, as near as
     /// that allows, with the share `margin` of the picture left free round them.
     pub fn fit(points: &[Point3<f64>], direction: Vector3<f64>, up: Vector3<f64>, margin: f64, size: [u32; 2]) -> Self {
-        let fov_deg = 28.0;
+        Self::fit_within(FOV_DEG, points, direction, up, margin, size)
+    }
+
+    /// The same with another field of view.
+    fn fit_within(
+        fov_deg: f64,
+        points: &[Point3<f64>],
+        direction: Vector3<f64>,
+        up: Vector3<f64>,
+        margin: f64,
+        size: [u32; 2],
+    ) -> Self {
         let tan_y = (0.5 * f64::to_radians(fov_deg)).tan() * (1.0 - margin);
         let tan_x = tan_y * f64::from(size[0]) / f64::from(size[1].max(1));
         let forward = direction.normalize();
@@ -128,8 +145,10 @@ impl Framing {
         Ok(match name {
             // a robot in front of a wall would hide its drawing from straight ahead
             "front" => View::fit(&corners, turned(if upright { 0.0 } else { -25.0 }, 16.0), up, 0.08, size),
-            "hero" if upright => View::fit(&self.close(), turned(-40.0, 34.0), up, 0.1, size),
-            "hero" => View::fit(&self.close(), turned(-52.0, 18.0), up, 0.1, size),
+            "hero" => {
+                let from = if upright { turned(-40.0, 34.0) } else { turned(-52.0, 18.0) };
+                View::fit_within(HERO_FOV_DEG, &self.close(), from, up, 0.05, size)
+            }
             "side" => View::fit(&corners, turned(90.0, 8.0), up, 0.08, size),
             "top" => View::fit(&corners, -Vector3::z(), -ahead, 0.08, size),
             "canvas" => {
@@ -160,10 +179,10 @@ impl Framing {
     }
 
     fn close(&self) -> Vec<Point3<f64>> {
-        // joints have bodies round them
-        let around = |p: &Point3<f64>| [-0.09, 0.09].map(|z| p + Vector3::new(0.0, 0.0, z));
+        let sides = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| v * BODY);
+        let around = |p: &Point3<f64>| sides.map(|s| [p - s, p + s]).into_iter().flatten().collect::<Vec<_>>();
         let middle = Point3::from(self.world_from_sheet.translation.vector);
-        let margin = |p: Point3<f64>| middle + (p - middle) * 1.7;
+        let margin = |p: Point3<f64>| middle + (p - middle) * 1.5;
         self.landmarks.iter().flat_map(around).chain(self.sheet_corners().into_iter().map(margin)).collect()
     }
 

@@ -145,10 +145,9 @@ fn stage(setup: &Setup, extra: &Extra, record: &Record) -> (RenderScene, Framing
         let model = extra.models.get(i).unwrap_or(arm);
         let q = JointVector::from_fn(|i, _| done.final_q.get(i).copied().unwrap_or(0.0));
         scenery.items.extend(ArmVisuals::new(model).items(model.kinematics(&q).world_from_links()));
-        // shoulder and elbow are what a close view has to show of the robot
+        // a close view shows all of the arm from its shoulder on
         let k = arm.kinematics(&q);
-        let middle = 1 + arm.dof() / 2;
-        landmarks.extend(k.world_from_links()[1..=middle].iter().map(|p| Point3::from(p.translation.vector)));
+        landmarks.extend(k.world_from_links()[1..].iter().map(|p| Point3::from(p.translation.vector)));
     }
     scenery.items.extend(extra.items.iter().cloned());
     for arm in &setup.parked {
