@@ -274,7 +274,7 @@ mod tests {
             prop_assume!(spread);
             let error = tree.surface().height(&Point2::new(at.0, at.1)) - plane(at);
             // three places in a triangle not too thin tell a plane far from them by some hundred times what they were smoothed by
-            prop_assert!(error.abs() < 1e-4, "{error}");
+            prop_assert!(error.abs() < 2e-4, "{error}");
         }
 
         #[test]
