@@ -24,7 +24,7 @@ pub struct Accept {
 
 /// One bound and the value that it is for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct BoundCheck {
     /// The figure, or `rate.NAME`.
     pub metric: String,
     /// The case that it is for, when for one.
@@ -45,7 +45,7 @@ pub struct Verdict {
     pub met: bool,
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for BoundCheck {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (statistic, side) = self.bound.rsplit_once('_').unwrap_or(("every trial", self.bound));
         let statistic = match statistic {
@@ -155,7 +155,7 @@ impl Accept {
     }
 
     /// Whether each bound is kept.
-    pub(super) fn judge(&self, experiment: &Experiment, rows: &[Row]) -> Vec<Verdict> {
+    pub(super) fn judge(&self, experiment: &Experiment, rows: &[Row]) -> Vec<BoundCheck> {
         let is_meant = |row: &&Row| {
             self.bounds.case.as_ref().is_none_or(|c| row.case == *c)
                 && self.bounds.at.iter().all(|(k, v)| row.axes.get(k).is_some_and(|x| same(x, v)))
@@ -178,7 +178,7 @@ impl Accept {
             .map(|(bound, limit)| {
                 let value = value_of(bound);
                 let keeps = |x: f64| if bound.ends_with("min") { x >= limit } else { x <= limit };
-                Verdict {
+                BoundCheck {
                     metric: self.quantity.name(),
                     case: self.bounds.case.clone(),
                     at: self.bounds.at.clone(),

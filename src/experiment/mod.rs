@@ -30,7 +30,7 @@ use crate::progress::{Progress, Silent};
 use crate::report::OutputDir;
 use crate::run::{self, Until};
 
-pub use accept::{Accept, Verdict};
+pub use accept::{Accept, BoundCheck};
 pub use axis::Axis;
 pub use error::ExperimentError;
 pub use estimate::Estimate;

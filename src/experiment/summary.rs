@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::measure::MetricPath;
 
-use super::accept::Verdict;
+use super::accept::BoundCheck;
 use super::estimate::Estimate;
 use super::quantity::Quantity;
 use super::row::Row;
@@ -60,7 +60,7 @@ pub struct Summary {
     /// How many of them failed.
     pub failures: u64,
     /// The bounds.
-    pub accept: Vec<Verdict>,
+    pub accept: Vec<BoundCheck>,
     /// Each case.
     pub cases: Vec<Group>,
     /// Each case at each point of the grid, when there is a grid.

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use crate::ink::{InkPoint, InkTrace};
-use crate::math::Rgb;
+use crate::math::{Rgb, linear_from_srgb};
 
 /// One edge point of a ribbon, as `shaders/ink.wgsl` reads it.
 #[repr(C)]
@@ -173,11 +173,7 @@ impl Ribbons {
 
 /// Optical density (natural logarithm) that turns white paper into a colour, for each channel.
 fn absorbance(color: Rgb) -> [f64; 3] {
-    color.0.map(|c| {
-        let c = f64::from(c) / 255.0;
-        let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
-        -linear.max(0.004).ln()
-    })
+    color.0.map(|c| -linear_from_srgb(c).max(0.004).ln())
 }
 
 fn any_tangent(normal: &Vector3<f64>) -> Vector3<f64> {

@@ -215,9 +215,10 @@ fn touchable(
     widths: &[f64],
 ) -> Result<Option<Touchable>, RunError> {
     let balls: Vec<f64> = setup.pens.iter().map(|p| p.pen.spring.radius).collect();
-    let Some((meant, reach)) = meant(scenario, setup)?.filter(|_| balls.iter().any(|r| *r > 0.0)) else {
+    if balls.iter().all(|r| *r <= 0.0) {
         return Ok(None);
-    };
+    }
+    let Some((meant, reach)) = meant(scenario, setup)? else { return Ok(None) };
     Ok(Some(Touchable::of(desired, setup.truth.canvas().mesh(), [&balls, widths], meant.as_ref(), reach)))
 }
 

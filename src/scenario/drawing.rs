@@ -159,21 +159,19 @@ enum Kind {
 }
 
 /// By its extension, or, where that says nothing, by its content.
-fn kind_of(source: &str, file: &Path) -> Option<Kind> {
+fn kind_of(source: &str, find: impl FnOnce(&str) -> Result<PathBuf, ScenarioError>) -> Option<Kind> {
     let extension = Path::new(source).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "svg" | "svgz" | "txt" | "jsonl" => Some(Kind::Vector),
         "png" | "jpg" | "jpeg" | "webp" | "tif" | "tiff" | "gif" | "bmp" | "qoi" | "hdr" => Some(Kind::Picture),
-        _ => is_picture(file).then_some(Kind::Picture),
+        _ => find(source).is_ok_and(|file| is_picture(&file)).then_some(Kind::Picture),
     }
 }
 
 fn resolve_artwork(typed: DrawingFile, check: &Check) -> Result<Artwork, ScenarioError> {
     let find = |source: &str| check.file("drawing.source", |folder| existing(&folder.join(source)));
     let for_pictures = picture_section(&typed);
-    // a file that isn't there is of the kind that its name says
-    let kind = |source| kind_of(source, &find(source).unwrap_or_else(|_| source.into()));
-    match (typed.source.as_deref().map(|s| (s, kind(s))), &typed.pattern) {
+    match (typed.source.as_deref().map(|s| (s, kind_of(s, find))), &typed.pattern) {
         (Some(_), Some(_)) => {
             Err(check.wrong("drawing.source", "and `[drawing.pattern]` exclude each other: keep one"))
         }

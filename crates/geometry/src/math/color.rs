@@ -10,7 +10,11 @@ pub const PAPER: Rgb = Rgb([0xfd, 0xfc, 0xf8]);
 
 /// Linear light, 0..=1, of an sRGB value (IEC 61966-2-1).
 pub fn linear_from_srgb(value: u8) -> f64 {
-    let v = f64::from(value) / 255.0;
+    light_of_srgb(f64::from(value) / 255.0)
+}
+
+/// Linear light of an sRGB value of any depth, both 0..=1 (IEC 61966-2-1).
+pub fn light_of_srgb(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 

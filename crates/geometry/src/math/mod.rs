@@ -10,7 +10,7 @@ pub mod stats;
 mod unit_name;
 
 pub use calamus_sparse::{Cholesky, SparseError};
-pub use color::{PAPER, Rgb, SrgbTable, linear_from_srgb, srgb_from_linear};
+pub use color::{PAPER, Rgb, SrgbTable, light_of_srgb, linear_from_srgb, srgb_from_linear};
 pub use digest::Digest;
 pub use interval::{bootstrap_mean, wilson};
 pub use plain_text::{exactly, figure, plain, sensible};

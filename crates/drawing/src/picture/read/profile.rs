@@ -9,7 +9,7 @@ use moxcms::{
 
 use super::fault::sentence;
 use super::raster::{Depth, Model, Raster};
-use crate::math::linear_from_srgb;
+use crate::math::{light_of_srgb, linear_from_srgb};
 
 /// A profile within this of sRGB, in shares of full scale of its encoded values, is sRGB: a quarter of an 8-bit step.
 const SAME: f64 = 0.001;
@@ -143,7 +143,7 @@ impl Light {
                     // Floats are linear light, but where a profile says otherwise.
                     Depth::Float => Way::Power(1.0),
                     Depth::Eight => Way::Table((0..=255).map(|v| linear_from_srgb(v) as f32).collect()),
-                    Depth::Sixteen => Way::Table(table(Depth::Sixteen, srgb)),
+                    Depth::Sixteen => Way::Table(table(Depth::Sixteen, light_of_srgb)),
                 };
                 (Self::new(way), raster)
             }
@@ -201,11 +201,6 @@ fn table(depth: Depth, light: impl Fn(f64) -> f64) -> Vec<f32> {
     (0..=last).map(|i| light(f64::from(i) / f64::from(last)) as f32).collect()
 }
 
-/// Light of an sRGB value, IEC 61966-2-1.
-fn srgb(v: f64) -> f64 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
 /// The way through a profile; none where the profile is sRGB, so that pictures with and without it are drawn alike.
 fn transform(profile: &ColorProfile, raster: &Raster) -> Result<Option<Way>, String> {
     let (layout, samples) = match (profile.color_space, raster.model) {
@@ -222,7 +217,7 @@ fn transform(profile: &ColorProfile, raster: &Raster) -> Result<Option<Way>, Str
     if samples < 4 && raster.depth != Depth::Float && is_srgb(&transform, samples) {
         return Ok(None);
     }
-    Ok(Some(Way::Profile { transform, light: table(Depth::Sixteen, srgb), samples }))
+    Ok(Some(Way::Profile { transform, light: table(Depth::Sixteen, light_of_srgb), samples }))
 }
 
 /// Whether greys and full colours come out as they went in.
